@@ -1,0 +1,16 @@
+# All third-party packages come from the distribution. Modules link the imported targets defined here.
+find_package(glm REQUIRED)
+find_package(TBB CONFIG REQUIRED)
+find_package(nlohmann_json CONFIG REQUIRED)
+find_package(CLI11 CONFIG REQUIRED)
+include(OpenCVTargets)
+
+if(SARNERF_SIMULATOR)
+  # Debian 12 has Embree 3, Debian 13 has Embree 4; both name their target `embree`.
+  find_package(embree 4 CONFIG QUIET)
+  if(NOT embree_FOUND)
+    find_package(embree 3 CONFIG REQUIRED)
+  endif()
+  find_package(CGAL REQUIRED)
+  find_package(tinyobjloader CONFIG REQUIRED)
+endif()

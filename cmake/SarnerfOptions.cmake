@@ -1,0 +1,36 @@
+# Compiler settings shared by every target, carried by two interface targets and by nothing global.
+include(GNUInstallDirs)
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+
+add_library(sarnerf_warnings INTERFACE)
+target_compile_options(sarnerf_warnings INTERFACE
+  -Wall -Wextra -Wpedantic  # the usual suspects
+  -Wshadow                  # a shadowed index is a wrong index
+  -Wconversion              # silent double-to-float loses metres at orbital range
+  -Wno-sign-conversion      # sizes and the indices i, j, k meet everywhere; conversions there are harmless
+  -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-align -Wunused)
+option(SARNERF_WERROR "Treat warnings as errors" OFF)
+if(SARNERF_WERROR)
+  target_compile_options(sarnerf_warnings INTERFACE -Werror)
+endif()
+
+# sarnerf_module(name SOURCES ... PUBLIC ... PRIVATE ...): one library per module of docs/design.md.
+function(sarnerf_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(sarnerf_${name} STATIC ${ARG_SOURCES})
+  add_library(sarnerf::${name} ALIAS sarnerf_${name})
+  set_target_properties(sarnerf_${name} PROPERTIES EXPORT_NAME ${name})
+  target_compile_features(sarnerf_${name} PUBLIC cxx_std_20)
+  target_include_directories(sarnerf_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_include_directories(sarnerf_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_link_libraries(sarnerf_${name} PUBLIC ${ARG_PUBLIC}
+    PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:sarnerf_warnings>)
+  set_property(GLOBAL APPEND PROPERTY SARNERF_MODULES sarnerf_${name})
+endfunction()

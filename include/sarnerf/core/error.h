@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace sarnerf {
+
+/// Base of everything this library throws on purpose. A message says what was expected, what was
+/// found, where, and what to do about it, in one line. As itself: a failure at run time (full disk).
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Contradicting or impossible options, output that is in the way, more memory than allowed.
+class UsageError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// A file that is missing, malformed or holds values without meaning.
+class InputError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// An acquisition or a scene that has no image (radar below the ground, incidence of 90°).
+class GeometryError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// A computation that left the finite numbers.
+class NumericsError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// A saved state that cannot be continued.
+class CheckpointError : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The user asked to stop, and everything that was finished is safely on disk.
+class Interrupted : public Error {
+ public:
+  Interrupted() : Error("interrupted") {}
+};
+
+}  // namespace sarnerf

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+namespace sarnerf {
+
+/// Processors this process may run on: OMP_NUM_THREADS when set, else the affinity mask.
+int default_thread_count();
+
+/// Caps every parallel loop of the process (ours, OpenVDB's, Embree's builds: all share oneTBB)
+/// while it lives. One at a time, made by the program's main function.
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int n_threads);
+  ~ThreadLimit();
+  ThreadLimit(const ThreadLimit&) = delete;
+  ThreadLimit& operator=(const ThreadLimit&) = delete;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Number of workers that parallel_for may use at present.
+int thread_count();
+
+/// Calls body(begin, end, worker) on disjoint chunks of [0, count), at most `grain` indices each.
+/// `worker` is in [0, thread_count()) and no two calls under way at once share it, so it can index
+/// scratch space. The first exception thrown by a body is rethrown here after the others stopped.
+void parallel_for(std::size_t count, std::size_t grain,
+                  const std::function<void(std::size_t begin, std::size_t end, int worker)>& body);
+
+}  // namespace sarnerf

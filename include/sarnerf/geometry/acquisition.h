@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <glm/glm.hpp>
+#include <numbers>
+
+namespace sarnerf {
+
+enum class Look { right, left };
+
+/// One SAR view: where the radar stands and which pixels it makes.
+///
+/// World frame: right-handed, metres, Y up. At azimuth 0 the radar stands over +Z of the aim point;
+/// azimuth grows towards +X, counter-clockwise seen from above. Rows i run along track, columns j
+/// along slant range, both centred on the aim point (docs/conventions.md has a drawing).
+struct Acquisition {
+  double azimuth_rad = 0.0;
+  double incidence_rad = std::numbers::pi / 4;  ///< at the aim point, from the vertical; the paper's pitch
+  double slant_range_m = 0.0;                   ///< radar to aim point
+  glm::dvec3 aim_m{0.0};
+  Look look = Look::right;
+  int n_azimuth = 0;
+  int n_range = 0;
+  double azimuth_spacing_m = 0.0;
+  double range_spacing_m = 0.0;
+
+  /// Height of the radar above the aim point (m).
+  double altitude_m() const;
+
+  /// Along-track coordinate of the centre of row i relative to the aim point (m).
+  double row_offset_m(double i) const { return (i - 0.5 * (n_azimuth - 1)) * azimuth_spacing_m; }
+
+  /// Slant range of the centre of bin j minus that of the aim point (m). The difference, not the range
+  /// itself, is what kernels work with: it is exact in float32 for a radar at any distance.
+  double bin_offset_m(double j) const { return (j - 0.5 * (n_range - 1)) * range_spacing_m; }
+
+  /// Slant range of the centre of bin j (m).
+  double range_m(double j) const { return slant_range_m + bin_offset_m(j); }
+};
+
+/// Slant range of the aim point for a radar `altitude_m` above it.
+double slant_range_from_altitude_m(double altitude_m, double incidence_rad);
+
+/// Throws GeometryError unless all of the acquisition is finite and possible: incidence inside
+/// (0°, 90°), positive spacings, at least one pixel, and every bin in front of the radar.
+void validate(const Acquisition& acquisition);
+
+/// Unit vectors of the radar in world coordinates; columns of printed eq. 19.
+struct RadarFrame {
+  glm::dvec3 h;  ///< along track, direction of growing i
+  glm::dvec3 v;  ///< off nadir: turning a ray towards +v increases its incidence
+  glm::dvec3 k;  ///< slant range, from the radar to the aim point
+};
+
+/// h × v = k when looking right; looking left mirrors h.
+RadarFrame radar_frame(const Acquisition& acquisition);
+
+/// A world point seen from the radar.
+struct RadarPoint {
+  double along_track_m;    ///< along h, relative to the aim point
+  double range_offset_m;   ///< distance in the row's plane minus the slant range of the aim point
+  double ray_angle_rad;    ///< δ, from k towards +v
+};
+
+/// Projects a world point to (row, range, ray angle); exact for scenes far from the origin because it
+/// only uses differences to the aim point, and for radars far away because the range difference is
+/// formed without subtracting large numbers.
+RadarPoint project(const Acquisition& acquisition, const RadarFrame& frame, const glm::dvec3& world_m);
+
+}  // namespace sarnerf

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/geometry/acquisition.h"
+
+#include <cmath>
+#include <string>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/units.h"
+
+namespace sarnerf {
+
+double Acquisition::altitude_m() const { return slant_range_m * std::cos(incidence_rad); }
+
+double slant_range_from_altitude_m(double altitude_m, double incidence_rad) {
+  return altitude_m / std::cos(incidence_rad);
+}
+
+void validate(const Acquisition& a) {
+  const auto fail = [](const std::string& what) { throw GeometryError(what); };
+  const auto finite = [&](double value, const char* what) {
+    if (!std::isfinite(value)) fail(std::string(what) + " must be a finite number");
+  };
+  finite(a.azimuth_rad, "azimuth");
+  finite(a.incidence_rad, "incidence");
+  finite(a.slant_range_m, "slant range");
+  finite(a.azimuth_spacing_m, "azimuth spacing");
+  finite(a.range_spacing_m, "range spacing");
+  for (int axis = 0; axis < 3; ++axis) finite(a.aim_m[axis], "aim point");
+  if (a.incidence_rad <= 0.0 || a.incidence_rad >= kPi / 2) {
+    fail("incidence (pitch) must lie between 0 and 90 degrees, both excluded; it is " +
+         std::to_string(deg_from_rad(a.incidence_rad)));
+  }
+  if (a.azimuth_spacing_m <= 0.0 || a.range_spacing_m <= 0.0) fail("pixel spacings must be positive");
+  if (a.n_azimuth < 1 || a.n_range < 1) fail("an image needs at least 1 x 1 pixels");
+  if (a.range_m(-0.5) <= 0.0) {
+    fail("the nearest range bin lies behind the radar: slant range " +
+         std::to_string(a.slant_range_m) + " m, swath " +
+         std::to_string(a.n_range * a.range_spacing_m) +
+         " m; raise the altitude or make the image smaller");
+  }
+}
+
+RadarFrame radar_frame(const Acquisition& a) {
+  const double st = std::sin(a.incidence_rad), ct = std::cos(a.incidence_rad);
+  const double sp = std::sin(a.azimuth_rad), cp = std::cos(a.azimuth_rad);
+  RadarFrame frame{{-cp, 0.0, sp}, {-ct * sp, st, -ct * cp}, {-st * sp, -ct, -st * cp}};
+  if (a.look == Look::left) frame.h = -frame.h;
+  return frame;
+}
+
+RadarPoint project(const Acquisition& a, const RadarFrame& frame, const glm::dvec3& world_m) {
+  const glm::dvec3 q = world_m - a.aim_m;
+  const double along_k = glm::dot(q, frame.k);
+  const double along_v = glm::dot(q, frame.v);
+  const double r = a.slant_range_m;
+  const double depth = r + along_k;
+  const double range = std::hypot(depth, along_v);
+  // |p| − r = (|p|² − r²) / (|p| + r), expanded so that r² cancels in exact arithmetic.
+  const double range_offset =
+      (along_k * (2.0 * r + along_k) + along_v * along_v) / (range + r);
+  return {glm::dot(q, frame.h), range_offset, std::atan2(along_v, depth)};
+}
+
+}  // namespace sarnerf
