@@ -1,3 +1,5 @@
+include_guard(DIRECTORY)
+
 # Debian's three small OpenCV packages come without a config file: headers under opencv4/, one library
 # per component. An imported target each, included as system headers.
 find_path(SARNERF_OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
