@@ -1,0 +1,54 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Modules include only modules that docs/design.md puts above them, and the headers of the sampling core
+# no third-party library but GLM.
+set -eu
+bad=0
+
+# Everything a module may use, directly or not, itself excluded.
+allowed() {
+  case $1 in
+    core) ;;
+    geometry | field) echo core ;;
+    mpa | dataset) echo core geometry ;;
+    scene) echo core geometry field ;;
+    trace) echo core geometry field mpa ;;
+    render) echo core geometry field mpa scene trace ;;
+    *) return 1 ;;
+  esac
+}
+
+# file:line:module of each include of one of our headers.
+our_includes() {
+  grep -rnE '^ *# *include *["<]sarnerf/' "$@" --include='*.h' --include='*.cpp' |
+    sed -E 's|^([^:]*:[0-9]+):.*sarnerf/([a-z_]+)/.*|\1:\2|'
+}
+
+for module in $(ls include/sarnerf src | grep -vE ':|\.|^$' | sort -u); do
+  if ! layers=$(allowed "$module"); then
+    echo "$module: a module that docs/design.md and tests/hygiene/check_includes.sh do not place"
+    bad=1
+    continue
+  fi
+  dirs=
+  for dir in include/sarnerf/$module src/$module; do [ ! -d "$dir" ] || dirs="$dirs $dir"; done
+  for use in $(our_includes $dirs || true); do
+    used=${use##*:}
+    case " $module $(echo $layers) " in
+      *" $used "*) ;;
+      *) echo "${use%:*}: $module may not include sarnerf/$used (allowed: $(echo $layers))"; bad=1 ;;
+    esac
+  done
+done
+
+# The standard library's headers have neither a dot nor a slash.
+for module in core geometry field mpa; do
+  [ -d include/sarnerf/$module ] || continue
+  if grep -rnE '^ *# *include' include/sarnerf/$module |
+    grep -vE 'include *(<[a-z0-9_]+>|<glm/|"sarnerf/)'; then
+    echo "include/sarnerf/$module: the lines above include a third-party header other than GLM's"
+    bad=1
+  fi
+done
+
+exit $bad
