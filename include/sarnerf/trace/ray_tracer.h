@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace sarnerf {
+
+/// Marks a ray that met nothing.
+inline constexpr std::uint32_t kNoTriangle = 0xffffffffu;
+
+/// Rays side by side, one array per component so that packets load without shuffling. All spans have
+/// the same length; directions have unit length; nothing may be NaN.
+struct RayRow {
+  std::span<const float> origin_x, origin_y, origin_z;           ///< scene frame (m)
+  std::span<const float> direction_x, direction_y, direction_z;  ///< scene frame
+  float far_m = 0.0f;                                            ///< hits beyond are not looked for
+};
+
+/// First hits of a RayRow. Of a ray without a hit only `triangle` has a meaning.
+struct HitRow {
+  std::span<float> distance_m;
+  std::span<float> normal_x, normal_y, normal_z;  ///< right-handed by the triangle's winding, any length
+  std::span<std::uint32_t> triangle;              ///< index, or kNoTriangle
+};
+
+/// One meeting of a ray with a triangle.
+struct Crossing {
+  float distance_m;
+  std::uint32_t triangle;
+  glm::vec3 normal;  ///< right-handed by the triangle's winding, any length
+};
+
+/// Ray queries against a fixed set of triangles, by Embree (3 or 4). Watertight: a ray that meets an
+/// edge shared by two triangles hits one of them. Immutable after construction; queries may run on any
+/// number of threads.
+class RayTracer {
+ public:
+  /// Copies nothing: vertices (m, scene frame) and triangles must outlive the tracer, and `vertices`
+  /// needs one readable element behind its end, which Embree's 16-byte loads touch. Throws Error when
+  /// Embree cannot build, with its reason.
+  RayTracer(std::span<const glm::vec3> vertices_m, std::span<const glm::uvec3> triangles);
+  ~RayTracer();
+  RayTracer(const RayTracer&) = delete;
+  RayTracer& operator=(const RayTracer&) = delete;
+
+  /// Nearest hit of every ray, in coherent packets of 16. Neighbours in the row should be neighbours in
+  /// space. About 20 ns a ray for coherent rows.
+  void first_hits(const RayRow& rays, const HitRow& hits) const;
+
+  /// The same ray by ray: the plain way, kept as a yardstick for benchmarks and tests.
+  void first_hits_one_by_one(const RayRow& rays, const HitRow& hits) const;
+
+  /// All triangles that the ray meets up to far_m, in order of distance; replaces `crossings`.
+  void all_hits(const glm::vec3& origin_m, const glm::vec3& direction, float far_m,
+                std::vector<Crossing>& crossings) const;
+
+  /// Bytes that Embree holds, now and at the peak of the build.
+  std::uint64_t memory_bytes() const;
+  std::uint64_t peak_memory_bytes() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sarnerf

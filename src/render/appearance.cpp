@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "appearance.h"
+
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "sarnerf/core/error.h"
+
+namespace sarnerf {
+namespace {
+
+Appearance make_appearance(const Material& material, bool two_sided,
+                           const glm::dmat4& object_from_world, const glm::dvec3& scene_origin_m) {
+  Appearance appearance;
+  appearance.gamma0 = static_cast<float>(material.gamma0);
+  appearance.exponent = static_cast<float>(material.exponent);
+  appearance.two_sided = two_sided;
+  if (material.texture.kind == Texture::Kind::checker && material.texture.contrast != 0.0) {
+    const glm::dvec3 origin_in_object = glm::dvec3(object_from_world * glm::dvec4(scene_origin_m, 1.0));
+    glm::dmat4 object_from_scene = object_from_world;
+    object_from_scene[3] = glm::dvec4(origin_in_object, 1.0);
+    appearance.checker.emplace(material.texture, object_from_scene);
+  }
+  return appearance;
+}
+
+}  // namespace
+
+PlacedChecker::PlacedChecker(const Texture& texture, const glm::dmat4& object_from_scene)
+    : squares_from_scene_(glm::dmat3(object_from_scene) / texture.period_m),
+      shift_((glm::dvec3(object_from_scene[3]) - texture.effective_origin_m()) / texture.period_m),
+      contrast_(texture.contrast) {}
+
+float PlacedChecker::factor(const glm::dvec3& scene_m) const {
+  const glm::dvec3 cell = glm::floor(squares(scene_m));
+  const bool odd = std::fmod(cell.x + cell.y + cell.z, 2.0) != 0.0;
+  return static_cast<float>(odd ? 1.0 - contrast_ : 1.0 + contrast_);
+}
+
+double PlacedChecker::border(const glm::dvec3& p_m, const glm::dvec3& q_m) const {
+  const glm::dvec3 p = squares(p_m), q = squares(q_m);
+  const glm::dvec3 cell_p = glm::floor(p), cell_q = glm::floor(q);
+  double fraction = 0.5;
+  int n_changes = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (cell_p[axis] == cell_q[axis]) continue;
+    const double crossing = std::max(cell_p[axis], cell_q[axis]);
+    fraction = (crossing - p[axis]) / (q[axis] - p[axis]);
+    n_changes += static_cast<int>(std::abs(cell_p[axis] - cell_q[axis]));
+  }
+  return n_changes == 1 ? std::clamp(fraction, 0.0, 1.0) : 0.5;
+}
+
+AppearanceTable make_appearances(const Scene& scene, const std::vector<std::uint32_t>& triangles,
+                                 const glm::dvec3& scene_origin_m) {
+  AppearanceTable table;
+  table.of_triangle.reserve(triangles.size());
+  std::map<std::tuple<std::uint32_t, std::uint32_t, bool>, std::uint16_t> known;
+  for (const std::uint32_t triangle : triangles) {
+    const std::uint32_t material = scene.mesh.material[triangle];
+    const Piece& piece = scene.pieces[scene.mesh.piece[triangle]];
+    // Only textures tell objects apart.
+    const bool textured = scene.materials[material].texture.kind != Texture::Kind::none;
+    const std::tuple key{material, textured ? piece.object : 0u, !piece.closed};
+    auto found = known.find(key);
+    if (found == known.end()) {
+      if (table.appearances.size() >= 65535) {
+        throw UsageError("the scene has more than 65,535 combinations of material and object");
+      }
+      found = known.emplace(key, static_cast<std::uint16_t>(table.appearances.size())).first;
+      table.appearances.push_back(make_appearance(scene.materials[material], !piece.closed,
+                                                  scene.objects[piece.object].object_from_world,
+                                                  scene_origin_m));
+    }
+    table.of_triangle.push_back(found->second);
+  }
+  return table;
+}
+
+Appearance ground_appearance(const Scene& scene, const glm::dvec3& scene_origin_m) {
+  return make_appearance(scene.materials[scene.ground->material], false, glm::dmat4(1.0),
+                         scene_origin_m);
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/render/framing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "sarnerf/core/error.h"
+
+namespace sarnerf {
+namespace {
+
+constexpr int kMarginPixels = 4;
+constexpr double kMaxPixels = 65535.0;
+
+double reference_height_m(const Scene& scene) {
+  if (scene.ground) return scene.ground->height_m;
+  return scene.box.empty() ? 0.0 : scene.box.min.y;
+}
+
+/// Extents of the scene in one image, relative to the aim point.
+struct ImageExtent {
+  double along_m = 0.0;  ///< largest |a|
+  double near_m = 0.0;   ///< smallest range offset: the tip of the layover
+  double far_m = 0.0;    ///< largest range offset of matter
+  double shadow_m = 0.0; ///< largest range offset of shadow on the reference plane
+};
+
+ImageExtent extent_in_image(const Box& box, double reference_m, const Acquisition& a) {
+  const RadarFrame frame = radar_frame(a);
+  const double height_of_radar = a.altitude_m() + a.aim_m.y - reference_m;
+  ImageExtent extent{0.0, std::numeric_limits<double>::infinity(),
+                     -std::numeric_limits<double>::infinity(), 0.0};
+  for (const glm::dvec3& corner : box.corners()) {
+    const RadarPoint p = project(a, frame, corner);
+    extent.along_m = std::max(extent.along_m, std::abs(p.along_track_m));
+    extent.near_m = std::min(extent.near_m, p.range_offset_m);
+    extent.far_m = std::max(extent.far_m, p.range_offset_m);
+    // The shadow of a point lies where its ray meets the reference plane.
+    const double below = height_of_radar - (a.altitude_m() + a.aim_m.y - corner.y);
+    const double cosine = std::cos(a.incidence_rad + p.ray_angle_rad);
+    const double behind_m = cosine > 1e-6 ? std::max(0.0, below) / cosine : 0.0;
+    extent.shadow_m = std::max(extent.shadow_m, p.range_offset_m + behind_m);
+  }
+  return extent;
+}
+
+int pixels_for(double half_m, double spacing_m) {
+  const double n = 2.0 * (std::ceil(half_m / spacing_m) + kMarginPixels);
+  if (!(n <= kMaxPixels)) {
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "holding the scene would take an image of %.3g pixels a side at %.4g m spacing; "
+                  "check --units and --scale, widen --spacing, or give --size",
+                  n, spacing_m);
+    throw UsageError(text);
+  }
+  return static_cast<int>(n);
+}
+
+}  // namespace
+
+glm::dvec3 default_aim_m(const Scene& scene) {
+  if (scene.box.empty()) return {0.0, reference_height_m(scene), 0.0};
+  const glm::dvec3 centre = scene.box.centre();
+  return {centre.x, scene.box.min.y, centre.z};
+}
+
+Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
+  if (scene.box.empty()) {
+    return {128, 128, "128 x 128 pixels: a ground alone has no extent to fit"};
+  }
+  double half_along = 0.0, half_range = 0.0, layover = 0.0, shadow = 0.0;
+  for (const Acquisition& view : views) {
+    const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
+    half_along = std::max(half_along, e.along_m);
+    half_range = std::max({half_range, -e.near_m, e.far_m, e.shadow_m});
+    layover = std::max(layover, -e.near_m);
+    shadow = std::max(shadow, e.shadow_m - e.far_m);
+  }
+  const Acquisition& first = views.front();
+  Framing framing;
+  framing.n_azimuth = pixels_for(half_along, first.azimuth_spacing_m);
+  framing.n_range = pixels_for(half_range, first.range_spacing_m);
+  const glm::dvec3 size = scene.box.size();
+  char text[320];
+  std::snprintf(text, sizeof text,
+                "%d x %d pixels (azimuth x range): fits the scene of %.4g x %.4g x %.4g m, its layover "
+                "(from %.4g m before the aim point) and its shadow (%.4g m beyond it%s)",
+                framing.n_azimuth, framing.n_range, size.x, size.y, size.z, layover, half_range,
+                views.size() > 1 ? ", all views" : "");
+  framing.explanation = text;
+  (void)shadow;
+  return framing;
+}
+
+std::string outside_swath_warning(const Scene& scene, const Acquisition& view) {
+  if (scene.box.empty()) return {};
+  const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
+  const RadarFrame frame = radar_frame(view);
+  double first_along = std::numeric_limits<double>::infinity(), last_along = -first_along;
+  for (const glm::dvec3& corner : scene.box.corners()) {
+    const double along = glm::dot(corner - view.aim_m, frame.h);
+    first_along = std::min(first_along, along);
+    last_along = std::max(last_along, along);
+  }
+  const double half_rows = 0.5 * view.n_azimuth * view.azimuth_spacing_m;
+  const double half_bins = 0.5 * view.n_range * view.range_spacing_m;
+  const bool outside = first_along >= half_rows || last_along <= -half_rows ||
+                       e.near_m >= half_bins || e.far_m <= -half_bins;
+  const bool cut = first_along < -half_rows || last_along > half_rows || e.near_m < -half_bins ||
+                   e.far_m > half_bins;
+  if (!outside && !cut) return {};
+  char text[384];
+  std::snprintf(text, sizeof text,
+                "the scene lies %s the swath: rows %.4g to %.4g m and range %.4g to %.4g m from the aim "
+                "point, but the image ends at +-%.4g m and +-%.4g m; check --aim, --size, --spacing",
+                outside ? "outside" : "partly outside", first_along, last_along, e.near_m, e.far_m,
+                half_rows, half_bins);
+  return text;
+}
+
+}  // namespace sarnerf

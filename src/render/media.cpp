@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "media.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "triangle_subset.h"
+
+namespace sarnerf {
+
+/// A face at which a medium begins or ends along a ray.
+struct Media::Boundary {
+  double bin;            ///< x, range in bin coordinates
+  double bin_per_ray;    ///< how it moves over one step of k
+  double bin_per_slice;  ///< and over the slice's width
+  double sign;           ///< +1 entering, −1 leaving
+  std::uint32_t piece;
+  std::uint16_t medium;
+};
+
+namespace {
+
+/// Sub-rays of one ray, spread over the cell of one step of k and one slice width: a rank-1 lattice.
+struct CellOffset {
+  double ray, slice;
+};
+CellOffset cell_offset(int q, int count) {
+  constexpr double kGolden = 0.6180339887498949;
+  const double slice = (q + 0.5) * kGolden;
+  return {(q + 0.5) / count - 0.5, slice - std::floor(slice) - 0.5};
+}
+
+constexpr int kMaxSubRays = 64;
+
+}  // namespace
+
+void MediaScratch::clear() {
+  ray_begin.assign(1, 0);
+  ray_row.clear();
+  bin.clear();
+  for (auto* array : {&length_m, &extinction, &extinction_back, &scattering}) array->clear();
+}
+
+Media::Media(const Scene& scene, const glm::dvec3& scene_origin_m) {
+  std::vector<std::uint32_t> chosen;
+  std::vector<std::uint16_t> medium_of_material(scene.materials.size(), 0);
+  for (std::size_t n = 0; n < scene.materials.size(); ++n) {
+    if (scene.materials[n].opaque) continue;
+    medium_of_material[n] = static_cast<std::uint16_t>(media_.size());
+    media_.push_back(scene.materials[n]);
+    two_way_equal_ &= media_.back().extinction_per_m == media_.back().extinction_back_per_m;
+  }
+  for (std::uint32_t t = 0; t < scene.mesh.triangles.size(); ++t) {
+    if (!scene.materials[scene.mesh.material[t]].opaque && scene.pieces[scene.mesh.piece[t]].closed) {
+      chosen.push_back(t);
+    }
+  }
+  if (chosen.empty()) return;
+  TriangleSubset subset = take_triangles(scene.mesh, chosen, scene_origin_m);
+  vertices_m_ = std::move(subset.vertices_m);
+  triangles_ = std::move(subset.triangles);
+  for (const std::uint32_t t : chosen) {
+    piece_.push_back(scene.mesh.piece[t]);
+    medium_.push_back(medium_of_material[scene.mesh.material[t]]);
+  }
+  for (const glm::uvec3& corners : triangles_) {
+    for (int c = 0; c < 3; ++c) box_.include(vertices_m_[corners[c]]);
+  }
+  tracer_ = std::make_unique<RayTracer>(vertices(vertices_m_), triangles_);
+}
+
+std::vector<Media::Boundary> Media::boundaries_of(const ViewRays& rays, const Slice& slice,
+                                                  std::size_t m, MediaScratch& scratch) const {
+  const int k = slice.first + static_cast<int>(m) - 1;
+  const RadarFrame& frame = rays.grid.frame();
+  const Acquisition& a = rays.grid.acquisition();
+  const glm::dvec3 d = rays.grid.direction(k);
+  const double angle = rays.grid.fan().ray_angle_rad(k);
+  const glm::dvec3 turn = std::cos(angle) * frame.v - std::sin(angle) * frame.k;
+  const glm::vec3 origin(rays.scene_point(slice.along_m, rays.start_offset_m, k));
+  tracer_->all_hits(origin, glm::vec3(d), rays.far_m, scratch.crossings);
+
+  std::vector<Boundary> boundaries;
+  for (const Crossing& crossing : scratch.crossings) {
+    const glm::dvec3 n(crossing.normal);
+    const double along_d = glm::dot(n, d);
+    const double sign = along_d < 0.0 ? 1.0 : -1.0;
+    const std::uint32_t piece = piece_[crossing.triangle];
+    // A ray through an edge meets both faces: entering twice, or leaving what it never entered, is
+    // one crossing counted twice.
+    double depth = 0.0;
+    for (const Boundary& b : boundaries) depth += b.piece == piece ? b.sign : 0.0;
+    if ((sign > 0.0) == (depth > 0.0)) continue;
+    const double offset_m = rays.start_offset_m + crossing.distance_m;
+    const double steepest =
+        std::copysign(std::max(std::abs(along_d), 1e-3 * glm::length(n)), along_d);
+    boundaries.push_back(
+        {rays.bin_coordinate(offset_m),
+         -(a.slant_range_m + offset_m) * rays.grid.fan().step_rad * glm::dot(n, turn) /
+             (steepest * a.range_spacing_m),
+         -slice.width_m * glm::dot(n, frame.h) / (steepest * a.range_spacing_m), sign, piece,
+         medium_[crossing.triangle]});
+  }
+  // A solid entered and never left was grazed at an edge: it has no length.
+  std::vector<Boundary> closed;
+  for (const Boundary& b : boundaries) {
+    double balance = 0.0;
+    for (const Boundary& other : boundaries) balance += other.piece == b.piece ? other.sign : 0.0;
+    const bool last_entry =
+        b.sign > 0.0 && balance > 0.0 &&
+        std::none_of(boundaries.begin(), boundaries.end(), [&](const Boundary& o) {
+          return o.piece == b.piece && o.sign > 0.0 && o.bin > b.bin;
+        });
+    if (!last_entry) closed.push_back(b);
+  }
+  return closed;
+}
+
+void Media::apply(const ViewRays& rays, Integrator integrator, Slice& slice, MediaScratch& scratch,
+                  std::span<double> bins) const {
+  const double spacing_m = rays.grid.acquisition().range_spacing_m;
+  const double n_bins = static_cast<double>(bins.size());
+  scratch.clear();
+
+  for (std::size_t m = 1; m <= static_cast<std::size_t>(slice.n_rays); ++m) {
+    const std::vector<Boundary> boundaries = boundaries_of(rays, slice, m, scratch);
+    if (boundaries.empty()) continue;
+    const bool stopped = slice.surface[m] != kNoTriangle;
+    const double end_of_ray = stopped ? slice.bin[m] : std::numeric_limits<double>::infinity();
+
+    double steepest_bins = 0.0, densest_per_m = 0.0, depth_before_stop = 0.0;
+    for (const Boundary& b : boundaries) {
+      steepest_bins = std::max(steepest_bins, std::abs(b.bin_per_ray) + std::abs(b.bin_per_slice));
+      const Material& medium = media_[b.medium];
+      const double two_way = medium.extinction_per_m + medium.extinction_back_per_m;
+      densest_per_m = std::max(densest_per_m, two_way);
+      depth_before_stop -= b.sign * two_way * spacing_m * std::min(b.bin, end_of_ray);
+    }
+    if (stopped) {
+      slice.gamma[m] *= static_cast<float>(std::exp(-std::max(0.0, depth_before_stop)));
+    }
+
+    // A dense medium answers at its surface, whose range must be spread over the cell as finely as an
+    // opaque face is; a thin one blurs it by itself.
+    const double cells = densest_per_m * spacing_m > 0.05 ? 4.0 * steepest_bins : steepest_bins;
+    const int n_sub_rays = static_cast<int>(std::clamp(std::ceil(cells), 1.0, double{kMaxSubRays}));
+    for (int q = 0; q < n_sub_rays; ++q) {
+      const CellOffset offset = cell_offset(q, n_sub_rays);
+      std::vector<Boundary> moved = boundaries;
+      for (Boundary& b : moved) {
+        b.bin += offset.ray * b.bin_per_ray + offset.slice * b.bin_per_slice;
+      }
+      std::stable_sort(moved.begin(), moved.end(),
+                       [](const Boundary& x, const Boundary& y) { return x.bin < y.bin; });
+      double in = 0.0, back = 0.0, scattering = 0.0;
+      for (std::size_t n = 0; n + 1 < moved.size(); ++n) {
+        const Material& medium = media_[moved[n].medium];
+        in += moved[n].sign * medium.extinction_per_m;
+        back += moved[n].sign * medium.extinction_back_per_m;
+        scattering += moved[n].sign * medium.scattering_per_m;
+        double x = moved[n].bin;
+        const double x_end = std::min({moved[n + 1].bin, end_of_ray, n_bins});
+        while (x < x_end) {
+          const double next = x < 0.0 ? std::min(0.0, x_end) : std::min(std::floor(x) + 1.0, x_end);
+          scratch.bin.push_back(x < 0.0 ? kNoBin : static_cast<std::uint32_t>(x));
+          scratch.length_m.push_back(static_cast<float>((next - x) * spacing_m));
+          scratch.extinction.push_back(static_cast<float>(std::max(0.0, in)));
+          if (!two_way_equal_) {
+            scratch.extinction_back.push_back(static_cast<float>(std::max(0.0, back)));
+          }
+          scratch.scattering.push_back(
+              static_cast<float>(std::max(0.0, scattering) / n_sub_rays));
+          x = next;
+        }
+      }
+      scratch.ray_begin.push_back(static_cast<std::uint32_t>(scratch.bin.size()));
+      scratch.ray_row.push_back(0);
+    }
+  }
+  const SegmentSpans<float> segments{scratch.ray_begin, scratch.ray_row, scratch.bin,
+                                     scratch.length_m};
+  const FieldSamples<float> field{scratch.extinction, scratch.extinction_back, scratch.scattering,
+                                  SourceForm::scattering};
+  integrate(segments, field, integrator, static_cast<int>(bins.size()), bins);
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sarnerf/mpa/integrate.h"
+#include "sarnerf/scene/scene.h"
+#include "sarnerf/trace/ray_tracer.h"
+#include "slice.h"
+#include "view_rays.h"
+
+namespace sarnerf {
+
+/// Segments of the rays of one slice, in the form that mpa::integrate takes. Scratch of one worker.
+struct MediaScratch {
+  std::vector<Crossing> crossings;
+  std::vector<std::uint32_t> ray_begin, ray_row, bin;
+  std::vector<float> length_m, extinction, extinction_back, scattering;
+  void clear();
+};
+
+/// Homogeneous translucent solids of a scene. Between entry and exit a medium is constant, so nothing
+/// is marched: each ray is cut at the faces it crosses and at the borders of bins, and each piece is
+/// integrated in closed form. Where solids overlap, their extinctions and scatterings add.
+class Media {
+ public:
+  /// Takes the closed translucent pieces of the scene; `scene_origin_m` as in ViewRays.
+  Media(const Scene& scene, const glm::dvec3& scene_origin_m);
+
+  bool empty() const { return triangles_.empty(); }
+  const Box& box_in_scene() const { return box_; }
+  std::uint64_t memory_bytes() const { return tracer_ ? tracer_->memory_bytes() : 0; }
+
+  /// Attenuates the γ of every sample of the slice by the media in front of it, and deposits what the
+  /// media themselves scatter, in the units of deposit_slice(). The slice must be complete.
+  void apply(const ViewRays& rays, Integrator integrator, Slice& slice, MediaScratch& scratch,
+             std::span<double> bins) const;
+
+ private:
+  struct Boundary;
+  struct Ray;
+
+  std::vector<Boundary> boundaries_of(const ViewRays& rays, const Slice& slice, std::size_t m,
+                                      MediaScratch& scratch) const;
+
+  std::vector<glm::vec3> vertices_m_;
+  std::vector<glm::uvec3> triangles_;
+  std::vector<std::uint32_t> piece_;     ///< per triangle
+  std::vector<std::uint16_t> medium_;    ///< per triangle
+  std::vector<Material> media_;
+  bool two_way_equal_ = true;            ///< κ⁺ = κ⁻ everywhere: no second array
+  Box box_;
+  std::unique_ptr<RayTracer> tracer_;
+};
+
+}  // namespace sarnerf

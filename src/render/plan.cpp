@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/units.h"
+#include "visible_extent.h"
+
+namespace sarnerf {
+namespace {
+
+/// Automatic sampling: rays this fraction of the finer pixel side apart, and so many slices a row.
+/// sar_bench accuracy shows what other values cost and give (README, accuracy against time).
+constexpr double kRaySpacingInPixels = 0.5;
+constexpr int kSubRows = 4;
+
+/// Time of one kept ray, tracing and deposit, on one thread of a 2.5 GHz server core (sar_bench speed).
+constexpr double kSecondsPerRay = 60e-9;
+
+template <class... Arguments>
+std::string format(const char* pattern, Arguments... arguments) {
+  char text[256];
+  std::snprintf(text, sizeof text, pattern, arguments...);
+  return text;
+}
+
+void check_radar_position(const Scene& scene, const Acquisition& a) {
+  const RadarFrame frame = radar_frame(a);
+  const glm::dvec3 radar_m = a.aim_m - a.slant_range_m * frame.k;
+  if (scene.ground && radar_m.y <= scene.ground->height_m) {
+    throw GeometryError(format("the radar stands at %.6g m, below the ground at %.6g m: raise "
+                               "--altitude or check --aim and --ground-height",
+                               radar_m.y, scene.ground->height_m));
+  }
+  if (scene.box.empty()) return;
+  const VisibleExtent extent(a, scene.box);
+  if (extent.range_offsets_m().first <= -a.slant_range_m) {
+    throw GeometryError(format("the scene reaches behind the radar, which is %.6g m from the aim "
+                               "point: raise --altitude or check units and --scale",
+                               a.slant_range_m));
+  }
+}
+
+std::uint64_t count_kept_rays(const Scene& scene, const ViewPlan& plan) {
+  if (scene.box.empty()) return 0;
+  const Acquisition& a = plan.acquisition;
+  const VisibleExtent extent(a, scene.box);
+  double kept = 0.0;
+  // Every row's first slice stands for all of its slices: exact enough for a plan.
+  for (int i = 0; i < a.n_azimuth; ++i) {
+    const double along_m = a.row_offset_m(i);
+    const auto angles = extent.angles(along_m, along_m);
+    if (!angles) continue;
+    const double n = (angles->second - angles->first) / plan.fan.step_rad + 1.0;
+    kept += std::min(n, double(plan.fan.n_elevation)) * plan.n_sub_rows;
+  }
+  return static_cast<std::uint64_t>(kept);
+}
+
+std::vector<std::string> left_out(const Scene& scene, const ViewPlan& plan) {
+  std::vector<std::string> lines;
+  const bool media = std::any_of(scene.materials.begin(), scene.materials.end(),
+                                 [](const Material& m) { return !m.opaque; });
+  if (!scene.ground) {
+    lines.push_back("ground: none asked for, so no plane and no rays beyond the scene's box");
+  } else if (scene.materials[scene.ground->material].texture.kind == Texture::Kind::none) {
+    lines.push_back("rays for the ground: it is uniform, its image is known in closed form");
+  }
+  if (!media) lines.push_back("volume integration: all matter is opaque, first hits are enough");
+  if (plan.n_grid_rays > plan.n_kept_rays) {
+    lines.push_back(format("%.1f %% of the ray grid: those rays miss the scene's box",
+                           100.0 * double(plan.n_grid_rays - plan.n_kept_rays) /
+                               double(plan.n_grid_rays)));
+  }
+  lines.push_back("layers, impulse response, speckle, noise: not asked for");
+  return lines;
+}
+
+}  // namespace
+
+ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sampling& sampling) {
+  validate(acquisition);
+  check_radar_position(scene, acquisition);
+  ViewPlan plan;
+  plan.acquisition = acquisition;
+  plan.integrator = sampling.integrator;
+  plan.n_sub_rows = sampling.n_sub_rows > 0 ? sampling.n_sub_rows : kSubRows;
+  if (sampling.n_sub_rows == 0) {
+    plan.chosen.push_back(format("%d slices per azimuth row (--sub-rows)", kSubRows));
+  }
+
+  const Acquisition& a = plan.acquisition;
+  std::optional<std::pair<double, double>> angles;
+  if (!scene.box.empty()) angles = VisibleExtent(a, scene.box).angles(a.row_offset_m(-0.5), a.row_offset_m(a.n_azimuth - 0.5));
+  if (scene.ground) {
+    if (const auto ground = ground_angular_extent(a, scene.ground->height_m)) {
+      angles = angles ? std::pair{std::min(angles->first, ground->first),
+                                  std::max(angles->second, ground->second)}
+                      : *ground;
+    }
+  }
+  plan.memory_bytes = std::uint64_t(a.n_azimuth) * std::uint64_t(a.n_range) * sizeof(float);
+  if (!angles) {
+    plan.fan.n_elevation = 0;
+    plan.left_out.push_back("everything: no ray meets the scene inside the swath");
+    return plan;
+  }
+
+  const double finer_m = std::min(a.range_spacing_m, a.azimuth_spacing_m);
+  const double spacing_m = kRaySpacingInPixels * finer_m;
+  // A scene without any extent across the rays still needs one.
+  const double least = 1e-3 * spacing_m / a.slant_range_m;
+  if (angles->second - angles->first < least) {
+    angles = std::pair{angles->first - least, angles->second + least};
+  }
+  const double width_m = (angles->second - angles->first) * a.slant_range_m;
+  int n_elevation = sampling.n_elevation;
+  if (n_elevation == 0) {
+    const double wanted = std::ceil(width_m / spacing_m);
+    if (wanted > 1e8) throw GeometryError(format("the view needs %.3g elevation rays: check units, --scale and --spacing", wanted));
+    n_elevation = std::max(1, static_cast<int>(wanted));
+    plan.chosen.push_back(format("%d elevation rays, %.4g m apart: %.2g of the finer pixel side (--elevations)",
+                                 n_elevation, width_m / n_elevation, kRaySpacingInPixels));
+  }
+  plan.fan = make_fan(*angles, n_elevation);
+  plan.n_grid_rays = std::uint64_t(a.n_azimuth) * std::uint64_t(plan.n_sub_rows) * std::uint64_t(n_elevation);
+  plan.n_kept_rays = std::min(plan.n_grid_rays, count_kept_rays(scene, plan));
+  plan.memory_bytes += std::uint64_t(n_elevation) * (100 + 60 * std::uint64_t(thread_count()));
+  plan.expected_s = double(plan.n_kept_rays) * kSecondsPerRay / thread_count();
+  plan.left_out = left_out(scene, plan);
+  return plan;
+}
+
+std::uint64_t expected_engine_memory_bytes(std::uint64_t n_triangles) {
+  // Measured with sar_bench memory: Embree's build peaks near 200 bytes a triangle, plus our copies.
+  return 20'000'000 + n_triangles * 240;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "slice.h"
+
+#include <algorithm>
+#include <cmath>
+
+// One build serves all processors: the loader picks the clone.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define SARNERF_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define SARNERF_CLONES
+#endif
+
+namespace sarnerf {
+namespace {
+
+/// Inputs and outputs of the loop below, as bare pointers so that the compiler vectorises it.
+struct PlaneLoop {
+  std::size_t n;
+  const float *direction_x, *direction_y, *direction_z, *turn_x, *turn_y, *turn_z;
+  const float *distance, *normal_x, *normal_y, *normal_z;
+  float h_x, h_y, h_z;
+  float start_bin;         // x of the ray origins
+  float bins_per_m;
+  float start_range_m;     // slant range of the ray origins
+  float step_rad;          // Δθ
+  float width_m;
+  float *bin, *bin_per_ray, *bin_per_slice, *cosine;
+};
+
+/// On a plane with normal n, range t changes with the ray angle δ by −t (n·∂d/∂δ)/(n·d) and with the
+/// along-track coordinate a by −(n·h)/(n·d).
+SARNERF_CLONES void evaluate_planes(const PlaneLoop& p) {
+  for (std::size_t k = 0; k < p.n; ++k) {
+    const float nx = p.normal_x[k], ny = p.normal_y[k], nz = p.normal_z[k];
+    const float along_d =
+        nx * p.direction_x[k] + ny * p.direction_y[k] + nz * p.direction_z[k];
+    const float along_turn = nx * p.turn_x[k] + ny * p.turn_y[k] + nz * p.turn_z[k];
+    const float along_h = nx * p.h_x + ny * p.h_y + nz * p.h_z;
+    const float length = std::sqrt(nx * nx + ny * ny + nz * nz);
+    // A face seen exactly edge-on has no finite slope; it has no area either.
+    const float steepest = std::copysign(std::max(std::abs(along_d), 1e-6f * length), along_d);
+    const float inverse = p.bins_per_m / steepest;
+    p.bin[k] = p.start_bin + p.distance[k] * p.bins_per_m;
+    p.bin_per_ray[k] = -(p.start_range_m + p.distance[k]) * p.step_rad * along_turn * inverse;
+    p.bin_per_slice[k] = -p.width_m * along_h * inverse;
+    p.cosine[k] = -along_d / length;
+  }
+}
+
+SARNERF_CLONES void shift_origins(std::size_t n, const double* from, double shift, float* to) {
+  for (std::size_t k = 0; k < n; ++k) to[k] = static_cast<float>(from[k] + shift);
+}
+
+std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table, const SliceScratch& scratch,
+                    Slice& slice) {
+  std::uint64_t n_hits = 0;
+  for (int m = 0; m < slice.n_rays; ++m) {
+    const auto s = static_cast<std::size_t>(m);
+    const std::uint32_t triangle = slice.surface[s + 1];
+    if (triangle == kNoTriangle) {
+      slice.gamma[s + 1] = 0.0f;
+      continue;
+    }
+    ++n_hits;
+    const Appearance& appearance = table.appearances[table.of_triangle[triangle]];
+    float gamma = appearance.brightness(scratch.cosine[s]);
+    if (appearance.checker && gamma > 0.0f) {
+      gamma *= appearance.checker->factor(rays.scene_point(
+          slice.along_m, rays.start_offset_m + scratch.distance[s], slice.first + m));
+    }
+    slice.gamma[s + 1] = gamma;
+  }
+  return n_hits;
+}
+
+}  // namespace
+
+void Slice::resize(int n) {
+  n_rays = n;
+  const auto size = static_cast<std::size_t>(n) + 2;
+  if (surface.size() >= size) return;
+  surface.resize(size);
+  for (auto* array : {&bin, &bin_per_ray, &bin_per_slice, &gamma}) array->resize(size);
+}
+
+void SliceScratch::resize(int n) {
+  const auto size = static_cast<std::size_t>(n);
+  if (cosine.size() >= size) return;
+  for (auto* array : {&origin_x, &origin_y, &origin_z, &distance, &normal_x, &normal_y, &normal_z,
+                      &cosine}) {
+    array->resize(size);
+  }
+}
+
+std::uint64_t trace_slice(const RayTracer& tracer, const ViewRays& rays, const AppearanceTable& table,
+                          int first, int n, double along_m, double width_m, SliceScratch& scratch,
+                          Slice& slice) {
+  slice.resize(n);
+  scratch.resize(n);
+  slice.first = first;
+  slice.along_m = along_m;
+  slice.width_m = width_m;
+
+  const auto from = static_cast<std::size_t>(first);
+  const auto count = static_cast<std::size_t>(n);
+  const glm::dvec3 row_shift = along_m * rays.grid.frame().h;
+  shift_origins(count, rays.origin_x.data() + from, row_shift.x, scratch.origin_x.data());
+  shift_origins(count, rays.origin_y.data() + from, row_shift.y, scratch.origin_y.data());
+  shift_origins(count, rays.origin_z.data() + from, row_shift.z, scratch.origin_z.data());
+
+  const auto part = [&](const std::vector<float>& all) { return std::span(all).subspan(from, count); };
+  const auto head = [&](auto& all) { return std::span(all).first(count); };
+  const RayRow row{head(std::as_const(scratch.origin_x)), head(std::as_const(scratch.origin_y)),
+                   head(std::as_const(scratch.origin_z)), part(rays.direction_x),
+                   part(rays.direction_y),                part(rays.direction_z),
+                   rays.far_m};
+  const HitRow hits{head(scratch.distance), head(scratch.normal_x), head(scratch.normal_y),
+                    head(scratch.normal_z), std::span(slice.surface).subspan(1, count)};
+  tracer.first_hits(row, hits);
+
+  const Acquisition& acquisition = rays.grid.acquisition();
+  const glm::vec3 h(rays.grid.frame().h);
+  PlaneLoop loop{};
+  loop.n = count;
+  loop.direction_x = rays.direction_x.data() + from;
+  loop.direction_y = rays.direction_y.data() + from;
+  loop.direction_z = rays.direction_z.data() + from;
+  loop.turn_x = rays.turn_x.data() + from;
+  loop.turn_y = rays.turn_y.data() + from;
+  loop.turn_z = rays.turn_z.data() + from;
+  loop.distance = scratch.distance.data();
+  loop.normal_x = scratch.normal_x.data();
+  loop.normal_y = scratch.normal_y.data();
+  loop.normal_z = scratch.normal_z.data();
+  loop.h_x = h.x;
+  loop.h_y = h.y;
+  loop.h_z = h.z;
+  loop.start_bin = static_cast<float>(rays.bin_coordinate(rays.start_offset_m));
+  loop.bins_per_m = static_cast<float>(1.0 / acquisition.range_spacing_m);
+  loop.start_range_m = static_cast<float>(acquisition.slant_range_m + rays.start_offset_m);
+  loop.step_rad = static_cast<float>(rays.grid.fan().step_rad);
+  loop.width_m = static_cast<float>(width_m);
+  loop.bin = slice.bin.data() + 1;
+  loop.bin_per_ray = slice.bin_per_ray.data() + 1;
+  loop.bin_per_slice = slice.bin_per_slice.data() + 1;
+  loop.cosine = scratch.cosine.data();
+  evaluate_planes(loop);
+  return shade(rays, table, scratch, slice);
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "appearance.h"
+#include "sarnerf/trace/ray_tracer.h"
+#include "view_rays.h"
+
+namespace sarnerf {
+
+/// Marks a sample of a slice that lies on the ground plane instead of a triangle.
+inline constexpr std::uint32_t kGroundSurface = 0xfffffffeu;
+
+/// What the rays k of one slice (an azimuth row, or a part of one) see first. Arrays are indexed by
+/// k − first + 1: one sample before the first ray and one behind the last close the slice off.
+struct Slice {
+  int first = 0;  ///< k of the first ray
+  int n_rays = 0;
+  double along_m = 0.0;  ///< along-track coordinate of the slice's centre
+  double width_m = 0.0;  ///< its extent along track
+
+  std::vector<std::uint32_t> surface;  ///< triangle, kGroundSurface or kNoTriangle
+  std::vector<float> bin;              ///< x: range in bin coordinates
+  std::vector<float> bin_per_ray;      ///< ∂x over one step of k on the surface's plane
+  std::vector<float> bin_per_slice;    ///< ∂x over the slice's width on the surface's plane
+  std::vector<float> gamma;            ///< γ, with texture
+
+  void resize(int n);
+  std::size_t index(int k) const { return static_cast<std::size_t>(k - first + 1); }
+};
+
+/// Scratch of one worker.
+struct SliceScratch {
+  std::vector<float> origin_x, origin_y, origin_z;
+  std::vector<float> distance, normal_x, normal_y, normal_z, cosine;
+  void resize(int n);
+};
+
+/// Traces rays [first, first + n) of the slice and fills all of `slice` but its two end samples.
+/// Returns the number of hits.
+std::uint64_t trace_slice(const RayTracer& tracer, const ViewRays& rays, const AppearanceTable& table,
+                          int first, int n, double along_m, double width_m, SliceScratch& scratch,
+                          Slice& slice);
+
+}  // namespace sarnerf

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/render/surface_engine.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+
+#include "appearance.h"
+#include "blank.h"
+#include "ground_plane.h"
+#include "media.h"
+#include "plan.h"
+#include "reconstruct.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "slice.h"
+#include "triangle_section.h"
+#include "triangle_subset.h"
+#include "view_rays.h"
+#include "visible_extent.h"
+
+namespace sarnerf {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Ray indices [first, first + count) whose rays lie inside the angles, with one to spare on each side.
+struct RayRange {
+  int first = 0;
+  int count = 0;
+};
+
+RayRange rays_inside(const Fan& fan, const std::optional<std::pair<double, double>>& angles) {
+  if (!angles) return {};
+  const double first = std::floor((angles->first - fan.first_angle_rad) / fan.step_rad - 0.5);
+  const double last = std::ceil((angles->second - fan.first_angle_rad) / fan.step_rad - 0.5);
+  const int begin = static_cast<int>(std::clamp(first, 0.0, double(fan.n_elevation)));
+  const int end = static_cast<int>(std::clamp(last + 1.0, 0.0, double(fan.n_elevation)));
+  return {begin, std::max(0, end - begin)};
+}
+
+std::vector<std::uint32_t> opaque_triangles(const Scene& scene) {
+  std::vector<std::uint32_t> chosen;
+  chosen.reserve(scene.mesh.triangles.size());
+  for (std::uint32_t t = 0; t < scene.mesh.triangles.size(); ++t) {
+    if (scene.materials[scene.mesh.material[t]].opaque) chosen.push_back(t);
+  }
+  return chosen;
+}
+
+/// Scratch of one worker.
+struct Worker {
+  Slice slice;
+  SliceScratch slice_scratch;
+  MediaScratch media_scratch;
+  std::vector<double> bins;
+  std::uint64_t n_hits = 0;
+};
+
+}  // namespace
+
+struct SurfaceEngine::State {
+  const Scene& scene;
+  glm::dvec3 origin_m;  ///< of the scene frame, in which Embree works
+  AppearanceTable appearances;
+  TriangleSubset opaque;
+  std::unique_ptr<RayTracer> tracer;
+  Media media;
+  double build_s = 0.0;
+
+  explicit State(const Scene& s)
+      : scene(s), origin_m(s.box.empty() ? glm::dvec3(0.0) : s.box.centre()), media(s, origin_m) {
+    const std::vector<std::uint32_t> chosen = opaque_triangles(s);
+    appearances = make_appearances(s, chosen, origin_m);
+    opaque = take_triangles(s.mesh, chosen, origin_m);
+    tracer = std::make_unique<RayTracer>(vertices(opaque.vertices_m), opaque.triangles);
+  }
+};
+
+SurfaceEngine::SurfaceEngine(const Scene& scene) {
+  if (scene.mesh.triangles.empty() && !scene.ground) {
+    throw GeometryError("the scene has neither triangles nor a ground: there is nothing to render");
+  }
+  const auto start = std::chrono::steady_clock::now();
+  state_ = std::make_unique<State>(scene);
+  state_->build_s = seconds_since(start);
+}
+
+SurfaceEngine::~SurfaceEngine() = default;
+
+double SurfaceEngine::build_s() const { return state_->build_s; }
+
+std::uint64_t SurfaceEngine::memory_bytes() const {
+  return state_->tracer->memory_bytes() + state_->media.memory_bytes() +
+         state_->opaque.vertices_m.size() * sizeof(glm::vec3) +
+         state_->opaque.triangles.size() * (sizeof(glm::uvec3) + sizeof(std::uint16_t));
+}
+
+ViewPlan SurfaceEngine::plan(const Acquisition& acquisition, const Sampling& sampling) const {
+  return plan_view(state_->scene, acquisition, sampling);
+}
+
+RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor) const {
+  const auto start = std::chrono::steady_clock::now();
+  const State& state = *state_;
+  const Acquisition& a = plan.acquisition;
+  RenderedView view;
+  view.beta0 = Image<float>(a.n_azimuth, a.n_range);
+  if (plan.fan.n_elevation == 0) {
+    view.warnings.push_back(explain_blank(state.scene, plan, BlankEvidence{}));
+    return view;
+  }
+
+  const VisibleExtent extent(a, state.scene.box.empty() ? Box{a.aim_m, a.aim_m} : state.scene.box);
+  const ViewRays rays(a, plan.fan, state.origin_m, extent.range_offsets_m());
+  const TriangleSections sections(rays, vertices(state.opaque.vertices_m), state.opaque.triangles,
+                                  state.origin_m);
+  std::optional<GroundPlane> ground;
+  if (state.scene.ground) {
+    ground.emplace(rays, ground_appearance(state.scene, state.origin_m),
+                   state.scene.ground->height_m);
+  }
+  const SliceScene slice_scene{rays, sections, state.appearances,
+                               ground ? &ground->appearance() : nullptr};
+  const double slice_width_m = a.azimuth_spacing_m / plan.n_sub_rows;
+  const int n_el = plan.fan.n_elevation;
+
+  const auto render_slice = [&](double along_m, Worker& w) {
+    std::optional<std::pair<double, double>> angles;
+    if (!state.scene.box.empty()) angles = extent.angles(along_m, along_m);
+    const RayRange kept = rays_inside(plan.fan, angles);
+    if (ground && ground->uniform()) {
+      ground->deposit_outside(kept.first - 1, kept.count > 0 ? kept.first + kept.count : -2, w.bins);
+    } else if (ground) {
+      const int before = kept.count > 0 ? kept.first - 1 : n_el;
+      const int after = kept.first + kept.count + 1;
+      ground->fill_alone(0, std::max(0, before), along_m, slice_width_m, w.slice);
+      deposit_slice(w.slice, slice_scene, w.bins);
+      if (kept.count > 0) {
+        ground->fill_alone(after, std::max(0, n_el - after), along_m, slice_width_m, w.slice);
+        deposit_slice(w.slice, slice_scene, w.bins);
+      }
+    }
+    if (kept.count == 0) return;
+    w.n_hits += trace_slice(*state.tracer, rays, state.appearances, kept.first, kept.count, along_m,
+                            slice_width_m, w.slice_scratch, w.slice);
+    if (ground) {
+      ground->fill(w.slice);
+    } else {
+      w.slice.surface[0] = kNoTriangle;
+      w.slice.surface[static_cast<std::size_t>(kept.count) + 1] = kNoTriangle;
+    }
+    if (!state.media.empty()) {
+      state.media.apply(rays, plan.integrator, w.slice, w.media_scratch, w.bins);
+    }
+    deposit_slice(w.slice, slice_scene, w.bins);
+  };
+
+  std::vector<Worker> workers(static_cast<std::size_t>(thread_count()));
+  const auto render_rows = [&](std::size_t begin, std::size_t end, int worker) {
+    Worker& w = workers[static_cast<std::size_t>(worker)];
+    for (std::size_t i = begin; i < end; ++i) {
+      monitor.check();
+      w.bins.assign(static_cast<std::size_t>(a.n_range), 0.0);
+      const double row_start_m = a.row_offset_m(static_cast<double>(i) - 0.5);
+      for (int sub = 0; sub < plan.n_sub_rows; ++sub) {
+        render_slice(row_start_m + (sub + 0.5) * slice_width_m, w);
+      }
+      // β⁰ = (r_j Δθ / Δr) × sum over k, averaged over the row's slices.
+      const double factor = plan.fan.step_rad / (a.range_spacing_m * plan.n_sub_rows);
+      const auto row = view.beta0.row(static_cast<int>(i));
+      for (int j = 0; j < a.n_range; ++j) {
+        row[static_cast<std::size_t>(j)] = static_cast<float>(
+            w.bins[static_cast<std::size_t>(j)] * factor * a.range_m(j));
+      }
+    }
+  };
+  parallel_for(static_cast<std::size_t>(a.n_azimuth), 1, render_rows);
+
+  for (const Worker& w : workers) view.n_hits += w.n_hits;
+  view.trace_and_deposit_s = seconds_since(start);
+  if (std::none_of(view.beta0.pixels().begin(), view.beta0.pixels().end(),
+                   [](float p) { return p > 0.0f; })) {
+    view.warnings.push_back(explain_blank(state.scene, plan, BlankEvidence{view.n_hits}));
+  }
+  return view;
+}
+
+}  // namespace sarnerf

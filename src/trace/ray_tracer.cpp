@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/trace/ray_tracer.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "embree.h"
+#include "sarnerf/core/error.h"
+
+namespace sarnerf {
+namespace {
+
+constexpr std::size_t kPacket = 16;
+
+/// Bytes that Embree reports through its memory monitor.
+struct MemoryCount {
+  std::atomic<std::int64_t> now{0};
+  std::atomic<std::int64_t> peak{0};
+
+  static bool monitor(void* self, ssize_t bytes, bool /*post*/) {
+    auto& count = *static_cast<MemoryCount*>(self);
+    const std::int64_t now = count.now.fetch_add(bytes) + bytes;
+    std::int64_t peak = count.peak.load();
+    while (now > peak && !count.peak.compare_exchange_weak(peak, now)) {
+    }
+    return true;
+  }
+};
+
+void load(RTCRayHit& rayhit, const RayRow& rays, std::size_t n) {
+  rayhit.ray.org_x = rays.origin_x[n];
+  rayhit.ray.org_y = rays.origin_y[n];
+  rayhit.ray.org_z = rays.origin_z[n];
+  rayhit.ray.dir_x = rays.direction_x[n];
+  rayhit.ray.dir_y = rays.direction_y[n];
+  rayhit.ray.dir_z = rays.direction_z[n];
+  rayhit.ray.tnear = 0.0f;
+  rayhit.ray.tfar = rays.far_m;
+  rayhit.ray.time = 0.0f;
+  rayhit.ray.mask = ~0u;
+  rayhit.ray.flags = 0;
+  rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rayhit.hit.primID = RTC_INVALID_GEOMETRY_ID;
+}
+
+/// Records the hit and sends the ray on.
+void record_and_continue(const RTCFilterFunctionNArguments* arguments) {
+  auto& crossings =
+      *static_cast<std::vector<Crossing>*>(embree::FilteredQuery::from(arguments).user);
+  for (unsigned n = 0; n < arguments->N; ++n) {
+    if (arguments->valid[n] == 0) continue;
+    const RTCHit hit = rtcGetHitFromHitN(arguments->hit, arguments->N, n);
+    crossings.push_back({RTCRayN_tfar(arguments->ray, arguments->N, n), hit.primID,
+                         {hit.Ng_x, hit.Ng_y, hit.Ng_z}});
+    arguments->valid[n] = 0;
+  }
+}
+
+}  // namespace
+
+struct RayTracer::State {
+  MemoryCount memory;
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+
+  ~State() {
+    if (scene != nullptr) rtcReleaseScene(scene);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+
+  void require_success(const char* doing) const {
+    const RTCError code = rtcGetDeviceError(device);
+    if (code == RTC_ERROR_NONE) return;
+    throw Error(std::string("Embree failed while ") + doing + ", error code " +
+                std::to_string(static_cast<int>(code)) +
+                (code == RTC_ERROR_OUT_OF_MEMORY ? " (out of memory: use a smaller mesh)" : ""));
+  }
+};
+
+RayTracer::RayTracer(std::span<const glm::vec3> vertices_m, std::span<const glm::uvec3> triangles)
+    : state_(std::make_unique<State>()) {
+  state_->device = rtcNewDevice(nullptr);
+  state_->require_success("starting");
+  rtcSetDeviceMemoryMonitorFunction(state_->device, &MemoryCount::monitor, &state_->memory);
+
+  const RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                             vertices_m.data(), 0, sizeof(glm::vec3), vertices_m.size());
+  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(),
+                             0, sizeof(glm::uvec3), triangles.size());
+  embree::enable_query_filters(geometry);
+  rtcCommitGeometry(geometry);
+
+  state_->scene = rtcNewScene(state_->device);
+  // Robust: rays must not leak through shared edges, a leak is a wrong pixel.
+  rtcSetSceneFlags(state_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST |
+                                                             embree::kQueryFilterSceneFlag));
+  rtcAttachGeometry(state_->scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(state_->scene);
+  state_->require_success("building its acceleration structure");
+}
+
+RayTracer::~RayTracer() = default;
+
+void RayTracer::first_hits(const RayRow& rays, const HitRow& hits) const {
+  const std::size_t n_rays = rays.origin_x.size();
+  embree::CoherentQuery query;
+  alignas(64) RTCRayHit16 packet = {};
+  alignas(64) int valid[kPacket];
+
+  std::fill(std::begin(packet.ray.tnear), std::end(packet.ray.tnear), 0.0f);
+  std::fill(std::begin(packet.ray.time), std::end(packet.ray.time), 0.0f);
+  std::fill(std::begin(packet.ray.mask), std::end(packet.ray.mask), ~0u);
+  std::fill(std::begin(packet.ray.flags), std::end(packet.ray.flags), 0u);
+  std::fill(std::begin(packet.hit.instID[0]), std::end(packet.hit.instID[0]),
+            RTC_INVALID_GEOMETRY_ID);
+  for (std::size_t begin = 0; begin < n_rays; begin += kPacket) {
+    const std::size_t count = std::min(kPacket, n_rays - begin);
+    const auto fetch = [&](float* to, std::span<const float> from) {
+      std::memcpy(to, from.data() + begin, count * sizeof(float));
+    };
+    fetch(packet.ray.org_x, rays.origin_x);
+    fetch(packet.ray.org_y, rays.origin_y);
+    fetch(packet.ray.org_z, rays.origin_z);
+    fetch(packet.ray.dir_x, rays.direction_x);
+    fetch(packet.ray.dir_y, rays.direction_y);
+    fetch(packet.ray.dir_z, rays.direction_z);
+    for (std::size_t lane = 0; lane < kPacket; ++lane) {
+      valid[lane] = lane < count ? -1 : 0;
+      packet.ray.tfar[lane] = rays.far_m;
+      packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.primID[lane] = kNoTriangle;
+    }
+    query.packet(valid, state_->scene, &packet);
+
+    const auto store = [&](auto to, const auto* from) {
+      std::memcpy(to.data() + begin, from, count * sizeof(*from));
+    };
+    store(hits.distance_m, packet.ray.tfar);
+    store(hits.normal_x, packet.hit.Ng_x);
+    store(hits.normal_y, packet.hit.Ng_y);
+    store(hits.normal_z, packet.hit.Ng_z);
+    // Misses keep the kNoTriangle written above.
+    static_assert(RTC_INVALID_GEOMETRY_ID == kNoTriangle);
+    store(hits.triangle, packet.hit.primID);
+  }
+}
+
+void RayTracer::first_hits_one_by_one(const RayRow& rays, const HitRow& hits) const {
+  embree::CoherentQuery query;
+  RTCRayHit rayhit;
+  std::fill(std::begin(rayhit.hit.instID), std::end(rayhit.hit.instID), RTC_INVALID_GEOMETRY_ID);
+  for (std::size_t n = 0; n < rays.origin_x.size(); ++n) {
+    load(rayhit, rays, n);
+    query.single(state_->scene, &rayhit);
+    hits.triangle[n] = rayhit.hit.primID;
+    hits.distance_m[n] = rayhit.ray.tfar;
+    hits.normal_x[n] = rayhit.hit.Ng_x;
+    hits.normal_y[n] = rayhit.hit.Ng_y;
+    hits.normal_z[n] = rayhit.hit.Ng_z;
+  }
+}
+
+void RayTracer::all_hits(const glm::vec3& origin_m, const glm::vec3& direction, float far_m,
+                         std::vector<Crossing>& crossings) const {
+  crossings.clear();
+  const RayRow one{{&origin_m.x, 1},  {&origin_m.y, 1},  {&origin_m.z, 1},
+                   {&direction.x, 1}, {&direction.y, 1}, {&direction.z, 1},
+                   far_m};
+  RTCRayHit rayhit;
+  std::fill(std::begin(rayhit.hit.instID), std::end(rayhit.hit.instID), RTC_INVALID_GEOMETRY_ID);
+  load(rayhit, one, 0);
+  embree::FilteredQuery query(&crossings);
+  query.single(state_->scene, &rayhit, &record_and_continue);
+
+  // Embree may show a triangle more than once; the order of traversal is not that of distance.
+  const auto before = [](const Crossing& a, const Crossing& b) {
+    return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.triangle < b.triangle;
+  };
+  std::sort(crossings.begin(), crossings.end(), before);
+  const auto same = [](const Crossing& a, const Crossing& b) { return a.triangle == b.triangle; };
+  crossings.erase(std::unique(crossings.begin(), crossings.end(), same), crossings.end());
+}
+
+std::uint64_t RayTracer::memory_bytes() const {
+  return static_cast<std::uint64_t>(state_->memory.now.load());
+}
+std::uint64_t RayTracer::peak_memory_bytes() const {
+  return static_cast<std::uint64_t>(state_->memory.peak.load());
+}
+
+}  // namespace sarnerf
