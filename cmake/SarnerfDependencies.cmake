@@ -11,9 +11,9 @@ if(SARNERF_SIMULATOR)
   if(NOT embree_FOUND)
     find_package(embree 3 CONFIG REQUIRED)
   endif()
-  if(POLICY CMP0167)
-    cmake_policy(SET CMP0167 NEW)  # CGAL searches for Boost, which brings a config file of its own
-  endif()
+  # CGAL searches for Boost, which brings its own config file; CMake 3.30 and later want to be told so. A default,
+  # because CGAL's files set their own policy version.
+  set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)
   find_package(CGAL REQUIRED)
   find_package(tinyobjloader CONFIG REQUIRED)
 endif()
