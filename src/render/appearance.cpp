@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "appearance.h"
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <tuple>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view_rays.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sarnerf {
