@@ -94,11 +94,9 @@ void GroundPlane::fill(Slice& slice) const {
   }
 }
 
-void GroundPlane::fill_alone(int first, int n, double along_m, double width_m, Slice& slice) const {
+void GroundPlane::fill_alone(int first, int n, Slice& slice) const {
   slice.resize(n);
   slice.first = first;
-  slice.along_m = along_m;
-  slice.width_m = width_m;
   for (int m = 0; m <= n + 1; ++m) put(slice, static_cast<std::size_t>(m), first + m - 1);
 }
 

@@ -24,8 +24,9 @@ class GroundPlane {
   /// Puts the ground into all samples of a traced slice that see nothing nearer, ends included.
   void fill(Slice& slice) const;
 
-  /// Fills a slice that meets nothing but the ground: rays [first, first + n) and both ends.
-  void fill_alone(int first, int n, double along_m, double width_m, Slice& slice) const;
+  /// Makes a slice that meets nothing but the ground: rays [first, first + n) and both ends. Its along_m
+  /// and width_m must be set.
+  void fill_alone(int first, int n, Slice& slice) const;
 
   /// Adds what a uniform ground gives outside the ray indices [gap_first, gap_last], in units of γ
   /// times ray steps like deposit_slice(). An empty gap (first ≥ last) means everywhere.

@@ -31,6 +31,7 @@ struct PlaneLoop {
 /// On a plane with normal n, range t changes with the ray angle δ by −t (n·∂d/∂δ)/(n·d) and with the
 /// along-track coordinate a by −(n·h)/(n·d).
 SARNERF_CLONES void evaluate_planes(const PlaneLoop& p) {
+#pragma GCC ivdep
   for (std::size_t k = 0; k < p.n; ++k) {
     const float nx = p.normal_x[k], ny = p.normal_y[k], nz = p.normal_z[k];
     const float along_d =
@@ -52,8 +53,8 @@ SARNERF_CLONES void shift_origins(std::size_t n, const double* from, double shif
   for (std::size_t k = 0; k < n; ++k) to[k] = static_cast<float>(from[k] + shift);
 }
 
-std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table, const SliceScratch& scratch,
-                    Slice& slice) {
+std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table,
+                    const SliceBlock::Rays& scratch, Slice& slice) {
   std::uint64_t n_hits = 0;
   for (int m = 0; m < slice.n_rays; ++m) {
     const auto s = static_cast<std::size_t>(m);
@@ -74,51 +75,8 @@ std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table, const Sl
   return n_hits;
 }
 
-}  // namespace
-
-void Slice::resize(int n) {
-  n_rays = n;
-  const auto size = static_cast<std::size_t>(n) + 2;
-  if (surface.size() >= size) return;
-  surface.resize(size);
-  for (auto* array : {&bin, &bin_per_ray, &bin_per_slice, &gamma}) array->resize(size);
-}
-
-void SliceScratch::resize(int n) {
-  const auto size = static_cast<std::size_t>(n);
-  if (cosine.size() >= size) return;
-  for (auto* array : {&origin_x, &origin_y, &origin_z, &distance, &normal_x, &normal_y, &normal_z,
-                      &cosine}) {
-    array->resize(size);
-  }
-}
-
-std::uint64_t trace_slice(const RayTracer& tracer, const ViewRays& rays, const AppearanceTable& table,
-                          int first, int n, double along_m, double width_m, SliceScratch& scratch,
-                          Slice& slice) {
-  slice.resize(n);
-  scratch.resize(n);
-  slice.first = first;
-  slice.along_m = along_m;
-  slice.width_m = width_m;
-
-  const auto from = static_cast<std::size_t>(first);
-  const auto count = static_cast<std::size_t>(n);
-  const glm::dvec3 row_shift = along_m * rays.grid.frame().h;
-  shift_origins(count, rays.origin_x.data() + from, row_shift.x, scratch.origin_x.data());
-  shift_origins(count, rays.origin_y.data() + from, row_shift.y, scratch.origin_y.data());
-  shift_origins(count, rays.origin_z.data() + from, row_shift.z, scratch.origin_z.data());
-
-  const auto part = [&](const std::vector<float>& all) { return std::span(all).subspan(from, count); };
-  const auto head = [&](auto& all) { return std::span(all).first(count); };
-  const RayRow row{head(std::as_const(scratch.origin_x)), head(std::as_const(scratch.origin_y)),
-                   head(std::as_const(scratch.origin_z)), part(rays.direction_x),
-                   part(rays.direction_y),                part(rays.direction_z),
-                   rays.far_m};
-  const HitRow hits{head(scratch.distance), head(scratch.normal_x), head(scratch.normal_y),
-                    head(scratch.normal_z), std::span(slice.surface).subspan(1, count)};
-  tracer.first_hits(row, hits);
-
+PlaneLoop plane_loop(const ViewRays& rays, std::size_t from, std::size_t count,
+                     const SliceBlock::Rays& scratch) {
   const Acquisition& acquisition = rays.grid.acquisition();
   const glm::vec3 h(rays.grid.frame().h);
   PlaneLoop loop{};
@@ -140,13 +98,69 @@ std::uint64_t trace_slice(const RayTracer& tracer, const ViewRays& rays, const A
   loop.bins_per_m = static_cast<float>(1.0 / acquisition.range_spacing_m);
   loop.start_range_m = static_cast<float>(acquisition.slant_range_m + rays.start_offset_m);
   loop.step_rad = static_cast<float>(rays.grid.fan().step_rad);
-  loop.width_m = static_cast<float>(width_m);
-  loop.bin = slice.bin.data() + 1;
-  loop.bin_per_ray = slice.bin_per_ray.data() + 1;
-  loop.bin_per_slice = slice.bin_per_slice.data() + 1;
-  loop.cosine = scratch.cosine.data();
-  evaluate_planes(loop);
-  return shade(rays, table, scratch, slice);
+  return loop;
+}
+
+}  // namespace
+
+void Slice::resize(int n) {
+  n_rays = n;
+  const auto size = static_cast<std::size_t>(n) + 2;
+  if (surface.size() >= size) return;
+  surface.resize(size);
+  for (auto* array : {&bin, &bin_per_ray, &bin_per_slice, &gamma}) array->resize(size);
+}
+
+void SliceBlock::Rays::resize(int n) {
+  const auto size = static_cast<std::size_t>(n);
+  if (cosine.size() >= size) return;
+  for (auto* array :
+       {&origin_x, &origin_y, &origin_z, &distance, &normal_x, &normal_y, &normal_z, &cosine}) {
+    array->resize(size);
+  }
+}
+
+std::uint64_t trace_slices(const RayTracer& tracer, const ViewRays& rays,
+                           const AppearanceTable& table, int first, int n, SliceBlock& block) {
+  const auto from = static_cast<std::size_t>(first);
+  const auto count = static_cast<std::size_t>(n);
+  const auto part = [&](const std::vector<float>& all) { return std::span(all).subspan(from, count); };
+  const auto head = [&](auto& all) { return std::span(all).first(count); };
+
+  std::array<RayRow, RayTracer::kRowsPerBlock> rows;
+  std::array<HitRow, RayTracer::kRowsPerBlock> hits;
+  for (std::size_t s = 0; s < block.n_slices; ++s) {
+    Slice& slice = block.slices[s];
+    SliceBlock::Rays& r = block.rays[s];
+    slice.first = first;
+    slice.resize(n);
+    r.resize(n);
+    const glm::dvec3 shift = slice.along_m * rays.grid.frame().h;
+    shift_origins(count, rays.origin_x.data() + from, shift.x, r.origin_x.data());
+    shift_origins(count, rays.origin_y.data() + from, shift.y, r.origin_y.data());
+    shift_origins(count, rays.origin_z.data() + from, shift.z, r.origin_z.data());
+    rows[s] = {head(std::as_const(r.origin_x)), head(std::as_const(r.origin_y)),
+               head(std::as_const(r.origin_z)), part(rays.direction_x),
+               part(rays.direction_y),          part(rays.direction_z),
+               rays.far_m};
+    hits[s] = {head(r.distance), head(r.normal_x), head(r.normal_y), head(r.normal_z),
+               std::span(slice.surface).subspan(1, count)};
+  }
+  tracer.first_hits(std::span(rows).first(block.n_slices), std::span(hits).first(block.n_slices));
+
+  std::uint64_t n_hits = 0;
+  for (std::size_t s = 0; s < block.n_slices; ++s) {
+    Slice& slice = block.slices[s];
+    PlaneLoop loop = plane_loop(rays, from, count, block.rays[s]);
+    loop.width_m = static_cast<float>(slice.width_m);
+    loop.bin = slice.bin.data() + 1;
+    loop.bin_per_ray = slice.bin_per_ray.data() + 1;
+    loop.bin_per_slice = slice.bin_per_slice.data() + 1;
+    loop.cosine = block.rays[s].cosine.data();
+    evaluate_planes(loop);
+    n_hits += shade(rays, table, block.rays[s], slice);
+  }
+  return n_hits;
 }
 
 }  // namespace sarnerf

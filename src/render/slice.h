@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -28,20 +29,25 @@ struct Slice {
   std::vector<float> gamma;            ///< γ, with texture
 
   void resize(int n);
-  std::size_t index(int k) const { return static_cast<std::size_t>(k - first + 1); }
 };
 
-/// Scratch of one worker.
-struct SliceScratch {
-  std::vector<float> origin_x, origin_y, origin_z;
-  std::vector<float> distance, normal_x, normal_y, normal_z, cosine;
-  void resize(int n);
+/// Neighbouring slices over the same rays k, traced together because that is faster.
+struct SliceBlock {
+  std::array<Slice, RayTracer::kRowsPerBlock> slices;
+  std::size_t n_slices = 0;
+
+  /// Scratch.
+  struct Rays {
+    std::vector<float> origin_x, origin_y, origin_z;
+    std::vector<float> distance, normal_x, normal_y, normal_z, cosine;
+    void resize(int n);
+  };
+  std::array<Rays, RayTracer::kRowsPerBlock> rays;
 };
 
-/// Traces rays [first, first + n) of the slice and fills all of `slice` but its two end samples.
-/// Returns the number of hits.
-std::uint64_t trace_slice(const RayTracer& tracer, const ViewRays& rays, const AppearanceTable& table,
-                          int first, int n, double along_m, double width_m, SliceScratch& scratch,
-                          Slice& slice);
+/// Traces rays [first, first + n) of the block's slices and fills all but their two end samples. The
+/// slices' along_m, width_m and the block's n_slices must be set. Returns the number of hits.
+std::uint64_t trace_slices(const RayTracer& tracer, const ViewRays& rays,
+                           const AppearanceTable& table, int first, int n, SliceBlock& block);
 
 }  // namespace sarnerf

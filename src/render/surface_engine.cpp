@@ -53,8 +53,7 @@ std::vector<std::uint32_t> opaque_triangles(const Scene& scene) {
 
 /// Scratch of one worker.
 struct Worker {
-  Slice slice;
-  SliceScratch slice_scratch;
+  SliceBlock block;
   MediaScratch media_scratch;
   std::vector<double> bins;
   std::uint64_t n_hits = 0;
@@ -128,35 +127,53 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
   const double slice_width_m = a.azimuth_spacing_m / plan.n_sub_rows;
   const int n_el = plan.fan.n_elevation;
 
-  const auto render_slice = [&](double along_m, Worker& w) {
+  // Bare ground to both sides of the rays that may meet the mesh.
+  const auto render_ground_around = [&](const RayRange& kept, Slice& slice, Worker& w) {
+    const int end = kept.first + kept.count;
+    if (ground->uniform()) {
+      ground->deposit_outside(kept.first - 1, kept.count > 0 ? end : -2, w.bins);
+      return;
+    }
+    ground->fill_alone(0, kept.count > 0 ? std::max(0, kept.first - 1) : n_el, slice);
+    deposit_slice(slice, slice_scene, w.bins);
+    if (kept.count == 0 || end >= n_el) return;
+    ground->fill_alone(end + 1, std::max(0, n_el - end - 1), slice);
+    deposit_slice(slice, slice_scene, w.bins);
+  };
+
+  // Neighbouring slices, of one row, centred on the given along-track coordinates.
+  const auto render_slices = [&](double first_along_m, std::size_t n_slices, Worker& w) {
+    SliceBlock& block = w.block;
+    block.n_slices = n_slices;
+    for (std::size_t s = 0; s < n_slices; ++s) {
+      block.slices[s].along_m = first_along_m + double(s) * slice_width_m;
+      block.slices[s].width_m = slice_width_m;
+    }
     std::optional<std::pair<double, double>> angles;
-    if (!state.scene.box.empty()) angles = extent.angles(along_m, along_m);
+    if (!state.scene.box.empty()) {
+      angles = extent.angles(first_along_m, first_along_m + double(n_slices - 1) * slice_width_m);
+    }
     const RayRange kept = rays_inside(plan.fan, angles);
-    if (ground && ground->uniform()) {
-      ground->deposit_outside(kept.first - 1, kept.count > 0 ? kept.first + kept.count : -2, w.bins);
-    } else if (ground) {
-      const int before = kept.count > 0 ? kept.first - 1 : n_el;
-      const int after = kept.first + kept.count + 1;
-      ground->fill_alone(0, std::max(0, before), along_m, slice_width_m, w.slice);
-      deposit_slice(w.slice, slice_scene, w.bins);
-      if (kept.count > 0) {
-        ground->fill_alone(after, std::max(0, n_el - after), along_m, slice_width_m, w.slice);
-        deposit_slice(w.slice, slice_scene, w.bins);
+    if (ground) {
+      for (std::size_t s = 0; s < n_slices; ++s) {
+        render_ground_around(kept, block.slices[s], w);
       }
     }
     if (kept.count == 0) return;
-    w.n_hits += trace_slice(*state.tracer, rays, state.appearances, kept.first, kept.count, along_m,
-                            slice_width_m, w.slice_scratch, w.slice);
-    if (ground) {
-      ground->fill(w.slice);
-    } else {
-      w.slice.surface[0] = kNoTriangle;
-      w.slice.surface[static_cast<std::size_t>(kept.count) + 1] = kNoTriangle;
+    w.n_hits += trace_slices(*state.tracer, rays, state.appearances, kept.first, kept.count, block);
+    for (std::size_t s = 0; s < n_slices; ++s) {
+      Slice& slice = block.slices[s];
+      if (ground) {
+        ground->fill(slice);
+      } else {
+        slice.surface.front() = kNoTriangle;
+        slice.surface[static_cast<std::size_t>(kept.count) + 1] = kNoTriangle;
+      }
+      if (!state.media.empty()) {
+        state.media.apply(rays, plan.integrator, slice, w.media_scratch, w.bins);
+      }
+      deposit_slice(slice, slice_scene, w.bins);
     }
-    if (!state.media.empty()) {
-      state.media.apply(rays, plan.integrator, w.slice, w.media_scratch, w.bins);
-    }
-    deposit_slice(w.slice, slice_scene, w.bins);
   };
 
   std::vector<Worker> workers(static_cast<std::size_t>(thread_count()));
@@ -166,8 +183,10 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
       monitor.check();
       w.bins.assign(static_cast<std::size_t>(a.n_range), 0.0);
       const double row_start_m = a.row_offset_m(static_cast<double>(i) - 0.5);
-      for (int sub = 0; sub < plan.n_sub_rows; ++sub) {
-        render_slice(row_start_m + (sub + 0.5) * slice_width_m, w);
+      constexpr int kBlock = static_cast<int>(RayTracer::kRowsPerBlock);
+      for (int sub = 0; sub < plan.n_sub_rows; sub += kBlock) {
+        render_slices(row_start_m + (sub + 0.5) * slice_width_m,
+                      static_cast<std::size_t>(std::min(kBlock, plan.n_sub_rows - sub)), w);
       }
       // β⁰ = (r_j Δθ / Δr) × sum over k, averaged over the row's slices.
       const double factor = plan.fan.step_rad / (a.range_spacing_m * plan.n_sub_rows);

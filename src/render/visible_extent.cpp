@@ -61,13 +61,14 @@ std::optional<std::pair<double, double>> VisibleExtent::angles(double first_alon
     points = clip_convex(points, 2, -std::numeric_limits<double>::max(), last_depth_m_);
   }
   if (points.empty()) return std::nullopt;
+  // Angles are ordered as their tangents are; everything lies in front of the radar.
   double first = std::numeric_limits<double>::infinity(), last = -first;
   for (const glm::dvec3& p : points) {
-    const double angle = std::atan2(p.y, acquisition_.slant_range_m + p.z);
-    first = std::min(first, angle);
-    last = std::max(last, angle);
+    const double tangent = p.y / (acquisition_.slant_range_m + p.z);
+    first = std::min(first, tangent);
+    last = std::max(last, tangent);
   }
-  return std::pair{first, last};
+  return std::pair{std::atan(first), std::atan(last)};
 }
 
 }  // namespace sarnerf

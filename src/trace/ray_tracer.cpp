@@ -86,67 +86,95 @@ RayTracer::RayTracer(std::span<const glm::vec3> vertices_m, std::span<const glm:
   state_->require_success("starting");
   rtcSetDeviceMemoryMonitorFunction(state_->device, &MemoryCount::monitor, &state_->memory);
 
-  const RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                             vertices_m.data(), 0, sizeof(glm::vec3), vertices_m.size());
-  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(),
-                             0, sizeof(glm::uvec3), triangles.size());
-  embree::enable_query_filters(geometry);
-  rtcCommitGeometry(geometry);
-
   state_->scene = rtcNewScene(state_->device);
   // Robust: rays must not leak through shared edges, a leak is a wrong pixel.
   rtcSetSceneFlags(state_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST |
                                                              embree::kQueryFilterSceneFlag));
-  rtcAttachGeometry(state_->scene, geometry);
-  rtcReleaseGeometry(geometry);
+  if (!triangles.empty()) {
+    const RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               vertices_m.data(), 0, sizeof(glm::vec3), vertices_m.size());
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(),
+                               0, sizeof(glm::uvec3), triangles.size());
+    embree::enable_query_filters(geometry);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(state_->scene, geometry);
+    rtcReleaseGeometry(geometry);
+  }
   rtcCommitScene(state_->scene);
   state_->require_success("building its acceleration structure");
 }
 
 RayTracer::~RayTracer() = default;
 
-void RayTracer::first_hits(const RayRow& rays, const HitRow& hits) const {
-  const std::size_t n_rays = rays.origin_x.size();
+namespace {
+
+/// Packets of `Rows` rows by 16 / Rows rays.
+template <std::size_t Rows>
+void trace_packets(RTCScene scene, std::span<const RayRow> rows, std::span<const HitRow> hits) {
+  constexpr std::size_t kRays = kPacket / Rows;
+  const std::size_t n_rays = rows[0].origin_x.size();
   embree::CoherentQuery query;
   alignas(64) RTCRayHit16 packet = {};
   alignas(64) int valid[kPacket];
-
-  std::fill(std::begin(packet.ray.tnear), std::end(packet.ray.tnear), 0.0f);
-  std::fill(std::begin(packet.ray.time), std::end(packet.ray.time), 0.0f);
   std::fill(std::begin(packet.ray.mask), std::end(packet.ray.mask), ~0u);
-  std::fill(std::begin(packet.ray.flags), std::end(packet.ray.flags), 0u);
   std::fill(std::begin(packet.hit.instID[0]), std::end(packet.hit.instID[0]),
             RTC_INVALID_GEOMETRY_ID);
-  for (std::size_t begin = 0; begin < n_rays; begin += kPacket) {
-    const std::size_t count = std::min(kPacket, n_rays - begin);
-    const auto fetch = [&](float* to, std::span<const float> from) {
-      std::memcpy(to, from.data() + begin, count * sizeof(float));
-    };
-    fetch(packet.ray.org_x, rays.origin_x);
-    fetch(packet.ray.org_y, rays.origin_y);
-    fetch(packet.ray.org_z, rays.origin_z);
-    fetch(packet.ray.dir_x, rays.direction_x);
-    fetch(packet.ray.dir_y, rays.direction_y);
-    fetch(packet.ray.dir_z, rays.direction_z);
-    for (std::size_t lane = 0; lane < kPacket; ++lane) {
-      valid[lane] = lane < count ? -1 : 0;
-      packet.ray.tfar[lane] = rays.far_m;
-      packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-      packet.hit.primID[lane] = kNoTriangle;
-    }
-    query.packet(valid, state_->scene, &packet);
 
-    const auto store = [&](auto to, const auto* from) {
-      std::memcpy(to.data() + begin, from, count * sizeof(*from));
-    };
-    store(hits.distance_m, packet.ray.tfar);
-    store(hits.normal_x, packet.hit.Ng_x);
-    store(hits.normal_y, packet.hit.Ng_y);
-    store(hits.normal_z, packet.hit.Ng_z);
-    // Misses keep the kNoTriangle written above.
-    static_assert(RTC_INVALID_GEOMETRY_ID == kNoTriangle);
-    store(hits.triangle, packet.hit.primID);
+  for (std::size_t begin = 0; begin < n_rays; begin += kRays) {
+    const std::size_t count = std::min(kRays, n_rays - begin);
+    for (std::size_t r = 0; r < Rows; ++r) {
+      const bool present = r < rows.size();
+      const RayRow& row = rows[present ? r : 0];
+      const auto fetch = [&](float* to, std::span<const float> from) {
+        if (count == kRays) {
+          std::memcpy(to + r * kRays, from.data() + begin, kRays * sizeof(float));
+        } else {
+          std::copy_n(from.data() + begin, count, to + r * kRays);
+        }
+      };
+      fetch(packet.ray.org_x, row.origin_x);
+      fetch(packet.ray.org_y, row.origin_y);
+      fetch(packet.ray.org_z, row.origin_z);
+      fetch(packet.ray.dir_x, row.direction_x);
+      fetch(packet.ray.dir_y, row.direction_y);
+      fetch(packet.ray.dir_z, row.direction_z);
+      for (std::size_t n = 0; n < kRays; ++n) {
+        valid[r * kRays + n] = present && n < count ? -1 : 0;
+        packet.ray.tfar[r * kRays + n] = row.far_m;
+      }
+    }
+    for (std::size_t lane = 0; lane < kPacket; ++lane) {
+      packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.primID[lane] = kNoTriangle;  // what misses keep
+    }
+    query.packet(valid, scene, &packet);
+
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const auto store = [&](auto to, const auto* from) {
+        if (count == kRays) {
+          std::memcpy(to.data() + begin, from + r * kRays, kRays * sizeof(*from));
+        } else {
+          std::copy_n(from + r * kRays, count, to.data() + begin);
+        }
+      };
+      store(hits[r].distance_m, packet.ray.tfar);
+      store(hits[r].normal_x, packet.hit.Ng_x);
+      store(hits[r].normal_y, packet.hit.Ng_y);
+      store(hits[r].normal_z, packet.hit.Ng_z);
+      store(hits[r].triangle, packet.hit.primID);
+    }
+  }
+}
+
+}  // namespace
+
+void RayTracer::first_hits(std::span<const RayRow> rows, std::span<const HitRow> hits) const {
+  switch (rows.size()) {
+    case 0: return;
+    case 1: return trace_packets<1>(state_->scene, rows, hits);
+    case 2: return trace_packets<2>(state_->scene, rows, hits);
+    default: return trace_packets<4>(state_->scene, rows, hits);
   }
 }
 

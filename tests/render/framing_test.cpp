@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "catch.h"
+#include "sarnerf/core/error.h"
+#include "scenes.h"
+
+using namespace sarnerf;
+using namespace sarnerf::test;
+
+TEST_CASE("the default frame holds scene, layover and shadow in every view", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {12.0, 9.0, 5.0}, 0.0, {100.0, 7.0, -30.0});
+  const glm::dvec3 aim = default_aim_m(scene);
+  CHECK(aim.x == Approx(100.0));
+  CHECK(aim.y == Approx(7.0));
+  CHECK(aim.z == Approx(-30.0));
+  std::vector<Acquisition> views;
+  for (double azimuth = 0.0; azimuth < 360.0; azimuth += 15.0) {
+    for (const double pitch : {20.0, 45.0, 70.0}) {
+      views.push_back(view_of(pitch, 1e4, 1, 1, 0.3, azimuth));
+      views.back().aim_m = aim;
+    }
+  }
+  const Framing framing = frame_scene(scene, views);
+  CHECK_FALSE(framing.explanation.empty());
+  scene.ground = Ground{0, 7.0};
+  const SurfaceEngine engine(scene);
+  for (Acquisition view : views) {
+    view.n_azimuth = framing.n_azimuth;
+    view.n_range = framing.n_range;
+    CHECK(outside_swath_warning(scene, view).empty());
+    // Shadow is where the ground is dark; none of it may touch the border.
+    const Image<float> image = engine.render(engine.plan(view, {0, 1})).beta0;
+    for (int i = 0; i < view.n_azimuth; ++i) {
+      CHECK(image(i, 0) > 0.0f);
+      CHECK(image(i, view.n_range - 1) > 0.0f);
+    }
+  }
+}
+
+TEST_CASE("a scene outside the swath is called that", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {12.0, 9.0, 5.0});
+  Acquisition view = view_of(45.0);
+  view.aim_m = {500.0, 0.0, 0.0};
+  CHECK(outside_swath_warning(scene, view).find("outside the swath") != std::string::npos);
+  const SurfaceEngine engine(scene);
+  const RenderedView rendered = engine.render(engine.plan(view, {}));
+  REQUIRE(rendered.warnings.size() == 1);
+  CHECK(rendered.warnings[0].find("blank") != std::string::npos);
+  CHECK(rendered.warnings[0].find("--aim") != std::string::npos);
+}
+
+TEST_CASE("absurd sizes are refused with advice", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {12e6, 9e6, 5e6});
+  const std::vector<Acquisition> views{view_of(45.0, 1e9)};
+  CHECK_THROWS_AS(frame_scene(scene, views), UsageError);
+}
+
+TEST_CASE("impossible views are refused", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {12.0, 900.0, 5.0});
+  const SurfaceEngine engine(scene);
+  CHECK_THROWS_AS(engine.plan(view_of(45.0, 100.0), {}), GeometryError);
+  CHECK_THROWS_AS(engine.plan(view_of(0.0), {}), GeometryError);
+  CHECK_THROWS_AS(engine.plan(view_of(90.0), {}), GeometryError);
+  CHECK_THROWS_AS(SurfaceEngine(empty_scene(matte())), GeometryError);
+}
+
+TEST_CASE("the plan says what is left out, and keeps few rays", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {12.0, 6.0, 8.0});
+  const SurfaceEngine engine(scene);
+  const ViewPlan plan = engine.plan(view_of(45.0), {});
+  CHECK(plan.n_kept_rays > 0);
+  CHECK(plan.n_kept_rays < plan.n_grid_rays / 2);
+  CHECK(plan.left_out.size() >= 3);
+  CHECK(plan.chosen.size() == 2);
+}
