@@ -120,7 +120,7 @@ TEST_CASE("a flat roof is gamma cot theta over w sin theta", "[closed-form]") {
   }
 }
 
-TEST_CASE("the shadow of a box lies where DESIGN's formula puts it", "[closed-form]") {
+TEST_CASE("the shadow of a box lies where the closed form puts it", "[closed-form]") {
   for (const double pitch : kPitches_deg) {
     for (const double altitude : kAltitudes_m) {
       INFO(at(pitch, altitude));
