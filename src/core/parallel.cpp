@@ -12,6 +12,19 @@
 #include <string>
 
 namespace sarnerf {
+namespace {
+
+thread_local bool inside_region = false;
+
+/// Marks the calling thread as working for a parallel loop, exceptions or not.
+struct RegionGuard {
+  RegionGuard() { inside_region = true; }
+  ~RegionGuard() { inside_region = false; }
+  RegionGuard(const RegionGuard&) = delete;
+  RegionGuard& operator=(const RegionGuard&) = delete;
+};
+
+}  // namespace
 
 int default_thread_count() {
   if (const char* text = std::getenv("OMP_NUM_THREADS")) {
@@ -35,7 +48,10 @@ ThreadLimit::ThreadLimit(int n_threads)
     : state_(std::make_unique<State>(std::max(1, n_threads))) {}
 ThreadLimit::~ThreadLimit() = default;
 
+bool in_parallel_region() { return inside_region; }
+
 int thread_count() {
+  if (inside_region) return 1;
   const auto limit =
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   return static_cast<int>(limit);
@@ -58,6 +74,7 @@ void parallel_for(std::size_t count, std::size_t grain,
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, count, chunk),
         [&](const tbb::blocked_range<std::size_t>& range) {
+          const RegionGuard guard;
           body(range.begin(), range.end(), tbb::this_task_arena::current_thread_index());
         },
         tbb::simple_partitioner());

@@ -24,8 +24,13 @@ class ThreadLimit {
   std::unique_ptr<State> state_;
 };
 
-/// Number of workers that parallel_for may use at present.
+/// Number of workers that parallel_for may use at present: 1 inside the body of another one.
 int thread_count();
+
+/// Whether the caller is inside the body of a parallel_for that shares its work between threads. There
+/// a further parallel_for runs serially on the caller, so that pools do not nest: a sweep that gives
+/// each worker a view of its own renders that view with the same code as a single one.
+bool in_parallel_region();
 
 /// Calls body(begin, end, worker) on disjoint chunks of [0, count), at most `grain` indices each.
 /// `worker` is in [0, thread_count()) and no two calls under way at once share it, so it can index
