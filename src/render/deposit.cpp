@@ -34,8 +34,8 @@ struct TrapezoidIntegral {
 void deposit_trapezoid(std::span<double> bins, double x0, double x1, double smear, double mass) {
   const double span = std::abs(x1 - x0);
   const double width = std::abs(smear);
-  const double first = 0.5 * (x0 + x1 - span - width);
-  const double last = first + span + width;
+  const double first = std::min(x0, x1) - 0.5 * width;
+  const double last = std::max(x0, x1) + 0.5 * width;
   const double n_bins = static_cast<double>(bins.size());
   if (!(last >= 0.0 && first < n_bins)) return;
 

@@ -61,6 +61,20 @@ std::uint64_t count_kept_rays(const Scene& scene, const ViewPlan& plan) {
   return static_cast<std::uint64_t>(kept);
 }
 
+/// The rays of a lattice of angles through the aim point that cover the extent. Anchored there and not
+/// at the extent's border, so that turning scene and radar together, or adding something elsewhere,
+/// does not move the rays.
+Fan lattice_fan(std::pair<double, double> extent_rad, double step_rad) {
+  const double first = std::floor(extent_rad.first / step_rad);
+  const double last = std::ceil(extent_rad.second / step_rad);
+  if (!(last - first <= 1e8)) {
+    throw GeometryError(format("the view needs %.3g elevation rays, 1e8 are the limit: check units, "
+                               "--scale and --spacing, or give --elevations",
+                               last - first));
+  }
+  return {first * step_rad, step_rad, std::max(1, static_cast<int>(last - first))};
+}
+
 std::vector<std::string> left_out(const Scene& scene, const ViewPlan& plan) {
   std::vector<std::string> lines;
   const bool media = std::any_of(scene.materials.begin(), scene.materials.end(),
@@ -117,19 +131,18 @@ ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sam
   if (angles->second - angles->first < least) {
     angles = std::pair{angles->first - least, angles->second + least};
   }
-  const double width_m = (angles->second - angles->first) * a.slant_range_m;
-  int n_elevation = sampling.n_elevation;
-  if (n_elevation == 0) {
-    const double wanted = std::ceil(width_m / spacing_m);
-    if (wanted > 1e8) throw GeometryError(format("the view needs %.3g elevation rays: check units, --scale and --spacing", wanted));
-    n_elevation = std::max(1, static_cast<int>(wanted));
-    plan.chosen.push_back(format("%d elevation rays, %.4g m apart: %.2g of the finer pixel side (--elevations)",
-                                 n_elevation, width_m / n_elevation, kRaySpacingInPixels));
+  if (sampling.n_elevation > 0) {
+    plan.fan = make_fan(*angles, sampling.n_elevation);
+  } else {
+    plan.fan = lattice_fan(*angles, spacing_m / a.slant_range_m);
+    plan.chosen.push_back(
+        format("%d elevation rays, %.4g m apart: %.2g of the finer pixel side (--elevations)",
+               plan.fan.n_elevation, spacing_m, kRaySpacingInPixels));
   }
-  plan.fan = make_fan(*angles, n_elevation);
-  plan.n_grid_rays = std::uint64_t(a.n_azimuth) * std::uint64_t(plan.n_sub_rows) * std::uint64_t(n_elevation);
+  const auto n_elevation = static_cast<std::uint64_t>(plan.fan.n_elevation);
+  plan.n_grid_rays = std::uint64_t(a.n_azimuth) * std::uint64_t(plan.n_sub_rows) * n_elevation;
   plan.n_kept_rays = std::min(plan.n_grid_rays, count_kept_rays(scene, plan));
-  plan.memory_bytes += std::uint64_t(n_elevation) * (100 + 60 * std::uint64_t(thread_count()));
+  plan.memory_bytes += n_elevation * (100 + 60 * std::uint64_t(thread_count()));
   plan.expected_s = double(plan.n_kept_rays) * kSecondsPerRay / thread_count();
   plan.left_out = left_out(scene, plan);
   return plan;

@@ -10,9 +10,9 @@ namespace sarnerf {
 namespace {
 
 /// Largest departure (bins) of a run from the straight line that is deposited in its place.
-constexpr float kBinTolerance = 0.01f;
+constexpr float kBinTolerance = 0.004f;
 /// Largest relative change of γ inside a run. Its mean is exact; this only bounds its distribution.
-constexpr float kGammaTolerance = 0.002f;
+constexpr float kGammaTolerance = 0.001f;
 
 class Reconstruction {
  public:
