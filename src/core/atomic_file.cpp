@@ -84,8 +84,8 @@ std::filesystem::path temporary_name(const std::filesystem::path& path) {
   static std::atomic<unsigned> count{0};
   std::string name = ".";
   name += path.filename().string();
-  name += "." + std::to_string(::getpid()) + "-" + std::to_string(count++);
-  name += kTemporarySuffix;
+  name.append(1, '.').append(std::to_string(::getpid())).append(1, '-');
+  name.append(std::to_string(count++)).append(kTemporarySuffix);
   return folder_of(path) / name;
 }
 

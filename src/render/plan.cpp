@@ -15,8 +15,8 @@ namespace {
 
 /// Automatic sampling: rays this fraction of the finer pixel side apart, and so many slices a row.
 /// sar_bench accuracy shows what other values cost and give (README, accuracy against time).
-constexpr double kRaySpacingInPixels = 0.5;
-constexpr int kSubRows = 4;
+constexpr double kRaySpacingInPixels = 0.25;
+constexpr int kSubRows = 8;
 
 /// Time of one kept ray, tracing and deposit, on one thread of a 2.5 GHz server core (sar_bench speed).
 constexpr double kSecondsPerRay = 60e-9;

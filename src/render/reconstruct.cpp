@@ -17,17 +17,22 @@ constexpr float kGammaTolerance = 0.001f;
 class Reconstruction {
  public:
   Reconstruction(const Slice& slice, const SliceScene& scene, std::span<double> bins)
-      : s_(slice), scene_(scene), bins_(bins) {}
+      : s_(slice),
+        scene_(scene),
+        bins_(bins),
+        surface_(slice.surface.data()),
+        bin_(slice.bin.data()),
+        bin_per_ray_(slice.bin_per_ray.data()),
+        bin_per_slice_(slice.bin_per_slice.data()),
+        gamma_(slice.gamma.data()) {}
 
   void run() {
     const auto last = static_cast<std::size_t>(s_.n_rays) + 1;
     // The run that touches the first end sample begins at that sample itself, not half a ray before.
     open(0, 0.0);
     for (std::size_t m = 0; m < last; ++m) {
-      if (continues(m)) {
-        gamma_sum_ += s_.gamma[m + 1];
-        continue;
-      }
+      m = end_of_run(m, last);
+      if (m == last) break;
       if (!present(m) && !present(m + 1)) {
         open(m + 1, 0.0);
         continue;
@@ -40,39 +45,48 @@ class Reconstruction {
   }
 
  private:
-  bool present(std::size_t m) const { return s_.surface[m] != kNoTriangle; }
+  bool present(std::size_t m) const { return surface_[m] != kNoTriangle; }
 
   void open(std::size_t m, double before) {
     first_ = m;
     before_ = before;
-    gamma_sum_ = present(m) ? s_.gamma[m] : 0.0f;
+    gamma_sum_ = present(m) ? gamma_[m] : 0.0f;
   }
 
-  /// Whether sample m + 1 prolongs the run on the same plane with the same brightness.
-  bool continues(std::size_t m) const {
-    if (!present(m) || !present(m + 1)) return false;
-    const std::size_t n = m + 1;
-    const float slope = s_.bin_per_ray[first_];
-    const float straight = s_.bin[first_] + slope * static_cast<float>(n - first_);
-    const float gamma = s_.gamma[first_];
-    const bool plane = std::abs(s_.bin[n] - straight) <= kBinTolerance &&
-                       std::abs(s_.bin_per_ray[n] - slope) <= kBinTolerance &&
-                       std::abs(s_.bin_per_slice[n] - s_.bin_per_slice[first_]) <=
-                           kBinTolerance * (1.0f + std::abs(s_.bin_per_slice[first_]));
-    return plane && std::abs(s_.gamma[n] - gamma) <= kGammaTolerance * gamma;
+  /// Last sample, from m on, that lies on the plane of the run with the same brightness. This loop
+  /// sees every ray.
+  std::size_t end_of_run(std::size_t m, std::size_t last) {
+    if (!present(m)) return m;
+    const float bin = bin_[first_], slope = bin_per_ray_[first_], gamma = gamma_[first_];
+    const float smear = bin_per_slice_[first_];
+    const float smear_tolerance = kBinTolerance * (1.0f + std::abs(smear));
+    const float gamma_tolerance = kGammaTolerance * gamma;
+    float gamma_sum = 0.0f;
+    for (; m < last; ++m) {
+      const std::size_t n = m + 1;
+      const float straight = bin + slope * static_cast<float>(n - first_);
+      const bool same = present(n) && std::abs(bin_[n] - straight) <= kBinTolerance &&
+                        std::abs(bin_per_ray_[n] - slope) <= kBinTolerance &&
+                        std::abs(bin_per_slice_[n] - smear) <= smear_tolerance &&
+                        std::abs(gamma_[n] - gamma) <= gamma_tolerance;
+      if (!same) break;
+      gamma_sum += gamma_[n];
+    }
+    gamma_sum_ += gamma_sum;
+    return m;
   }
 
   /// Ends the run at sample m plus `after` of a ray step, and deposits it.
   void close(std::size_t m, double after) const {
     if (!present(m)) return;
-    const double gamma_first = s_.gamma[first_], gamma_last = s_.gamma[m];
+    const double gamma_first = gamma_[first_], gamma_last = gamma_[m];
     const double mass = m == first_ ? gamma_first * (before_ + after)
                                     : gamma_sum_ + (before_ - 0.5) * gamma_first +
                                           (after - 0.5) * gamma_last;
     if (!(mass > 0.0)) return;
-    const double x_first = s_.bin[first_] - before_ * s_.bin_per_ray[first_];
-    const double x_last = s_.bin[m] + after * s_.bin_per_ray[m];
-    const double smear = 0.5 * (s_.bin_per_slice[first_] + s_.bin_per_slice[m]);
+    const double x_first = bin_[first_] - before_ * bin_per_ray_[first_];
+    const double x_last = bin_[m] + after * bin_per_ray_[m];
+    const double smear = 0.5 * (bin_per_slice_[first_] + bin_per_slice_[m]);
     deposit_trapezoid(bins_, x_first, x_last, smear, mass);
   }
 
@@ -80,8 +94,8 @@ class Reconstruction {
   double border_after(std::size_t m) const {
     if (!present(m)) return begin_of(m + 1);
     if (!present(m + 1)) return end_of(m);
-    const double slope_near = s_.bin_per_ray[m], slope_far = s_.bin_per_ray[m + 1];
-    const double step = static_cast<double>(s_.bin[m + 1]) - s_.bin[m];
+    const double slope_near = bin_per_ray_[m], slope_far = bin_per_ray_[m + 1];
+    const double step = static_cast<double>(bin_[m + 1]) - bin_[m];
     const double parting = slope_near - slope_far;
 
     // One plane, up to tolerance: only the brightness changes here.
@@ -99,7 +113,7 @@ class Reconstruction {
   }
 
   double brightness_border(std::size_t m) const {
-    const std::uint32_t here = s_.surface[m], there = s_.surface[m + 1];
+    const std::uint32_t here = surface_[m], there = surface_[m + 1];
     const Appearance* appearance = appearance_of(here);
     if (appearance != appearance_of(there)) return end_of(m);
     if (appearance == nullptr || !appearance->checker) return 0.5;
@@ -113,7 +127,7 @@ class Reconstruction {
 
   glm::dvec3 scene_point(std::size_t m) const {
     const Acquisition& a = scene_.rays.grid.acquisition();
-    const double offset_m = (s_.bin[m] - 0.5 * a.n_range) * a.range_spacing_m;
+    const double offset_m = (bin_[m] - 0.5 * a.n_range) * a.range_spacing_m;
     const int k = std::clamp(s_.first + static_cast<int>(m) - 1, 0,
                              scene_.rays.grid.fan().n_elevation - 1);
     return scene_.rays.scene_point(s_.along_m, offset_m, k);
@@ -125,7 +139,7 @@ class Reconstruction {
   /// How far, in ray steps, the face seen by sample m reaches beyond it towards greater (+1) or
   /// smaller (−1) k.
   double outline(std::size_t m, int towards) const {
-    const std::uint32_t surface = s_.surface[m];
+    const std::uint32_t surface = surface_[m];
     if (surface == kGroundSurface) return 0.5;
     const auto rays = scene_.sections.rays_of(surface, s_.along_m);
     if (!rays) return 0.5;
@@ -141,6 +155,8 @@ class Reconstruction {
   const Slice& s_;
   const SliceScene& scene_;
   std::span<double> bins_;
+  const std::uint32_t* surface_;
+  const float *bin_, *bin_per_ray_, *bin_per_slice_, *gamma_;
   std::size_t first_ = 0;
   double before_ = 0.0;
   double gamma_sum_ = 0.0;
