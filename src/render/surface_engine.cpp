@@ -8,6 +8,7 @@
 
 #include "appearance.h"
 #include "blank.h"
+#include "corner_reflector.h"
 #include "ground_plane.h"
 #include "media.h"
 #include "plan.h"
@@ -51,6 +52,14 @@ std::vector<std::uint32_t> opaque_triangles(const Scene& scene) {
   return chosen;
 }
 
+std::size_t count_open_media(const Scene& scene) {
+  std::size_t n = 0;
+  for (std::size_t t = 0; t < scene.mesh.triangles.size(); ++t) {
+    n += !scene.materials[scene.mesh.material[t]].opaque && !scene.pieces[scene.mesh.piece[t]].closed;
+  }
+  return n;
+}
+
 /// Scratch of one worker.
 struct Worker {
   SliceBlock block;
@@ -68,6 +77,7 @@ struct SurfaceEngine::State {
   TriangleSubset opaque;
   std::unique_ptr<RayTracer> tracer;
   Media media;
+  std::vector<std::string> warnings;
   double build_s = 0.0;
 
   explicit State(const Scene& s)
@@ -76,6 +86,14 @@ struct SurfaceEngine::State {
     appearances = make_appearances(s, chosen, origin_m);
     opaque = take_triangles(s.mesh, chosen, origin_m);
     tracer = std::make_unique<RayTracer>(vertices(opaque.vertices_m), opaque.triangles);
+    if (std::string corners = corner_reflector_warning(s); !corners.empty()) {
+      warnings.push_back(std::move(corners));
+    }
+    if (const std::size_t n = count_open_media(s); n > 0) {
+      warnings.push_back(std::to_string(n) +
+                         " translucent triangles bound no volume and have no effect: close the "
+                         "mesh, or give it an opaque material");
+    }
   }
 };
 
@@ -89,6 +107,8 @@ SurfaceEngine::SurfaceEngine(const Scene& scene) {
 }
 
 SurfaceEngine::~SurfaceEngine() = default;
+
+const std::vector<std::string>& SurfaceEngine::warnings() const { return state_->warnings; }
 
 double SurfaceEngine::build_s() const { return state_->build_s; }
 

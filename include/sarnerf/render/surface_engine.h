@@ -59,8 +59,12 @@ class SurfaceEngine {
   /// Renders with all threads that parallel_for has; the result does not depend on their number.
   RenderedView render(const ViewPlan& plan, const Monitor& monitor = {}) const;
 
-  /// Bytes of the acceleration structure, and of the build at its peak.
+  /// What the user should know about images of this scene, whatever the view.
+  const std::vector<std::string>& warnings() const;
+
+  /// Bytes of the acceleration structure and of the engine's copy of the mesh.
   std::uint64_t memory_bytes() const;
+  /// Seconds that the constructor took.
   double build_s() const;
 
  private:
