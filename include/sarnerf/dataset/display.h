@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "sarnerf/core/image.h"
+#include "sarnerf/dataset/calibration.h"
+
+namespace sarnerf {
+
+/// How a display picture maps brightness to grey.
+struct DisplayRange {
+  double range_db = 50.0;     ///< from white down to black
+  double percentile = 99.9;   ///< of the pixels above zero: white. A few glints do not darken the rest
+};
+
+/// Grey levels of an image in decibels: white at the percentile and above, black at `range_db` below it
+/// and for everything that is not positive. A blank image is black. The picture is for the eye; figures
+/// belong to the TIFF. Rows and columns stay where they are: row 0 on top, near range on the left.
+Image<std::uint8_t> display_levels(const Image<float>& image, Quantity quantity,
+                                   const DisplayRange& range = {});
+
+/// The bytes of an 8-bit grey PNG, compressed fast rather than tightly: a sweep writes hundreds.
+std::vector<std::byte> encode_png(const Image<std::uint8_t>& levels);
+
+}  // namespace sarnerf

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+#include "sarnerf/core/image.h"
+
+namespace sarnerf {
+
+/// The bytes of a one-channel float32 TIFF without compression: every value comes back bit for bit.
+/// Rows and columns are those of the image. Depends on nothing but the pixels. About 4 bytes a pixel.
+std::vector<std::byte> encode_tiff(const Image<float>& image);
+
+/// Reads a float32 or float64 TIFF, or an 8- or 16-bit PNG, JPEG or TIFF. Integer codes become floats
+/// of the same value (physical value = code × the dataset's scale); colour files are accepted where
+/// they are grey. Rows and columns are those of the file: a dataset's `axes` say what they mean.
+/// Throws InputError for a missing, damaged, coloured, transparent or multi-channel file and for values
+/// that are not finite.
+Image<float> read_image(const std::filesystem::path& path);
+
+}  // namespace sarnerf

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sarnerf/dataset/calibration.h"
+#include "sarnerf/geometry/acquisition.h"
+#include "sarnerf/geometry/box.h"
+
+namespace sarnerf {
+
+/// What a file's rows or columns run along: azimuth rows i or slant-range bins j, forwards or backwards.
+enum class Axis { plus_i, minus_i, plus_j, minus_j };
+
+/// One image of a dataset and how it was taken. Angles in degrees, as in the file: what the user wrote
+/// as 45 stays 45.
+struct DatasetView {
+  std::string image;  ///< path relative to the dataset's folder
+  double azimuth_deg = 0.0;
+  double incidence_deg = 0.0;  ///< at the aim point, from the vertical; depression is 90 minus this
+  double slant_range_m = 0.0;
+  std::optional<double> altitude_m;  ///< of the radar above the aim point
+  int n_azimuth = 0;
+  int n_range = 0;
+  double azimuth_spacing_m = 0.0;
+  double range_spacing_m = 0.0;
+  std::array<Axis, 2> axes{Axis::plus_i, Axis::plus_j};  ///< of the file's rows and columns
+  Look look = Look::right;
+  std::string class_name, serial, source;  ///< empty: unknown
+
+  double depression_deg() const { return 90.0 - incidence_deg; }
+};
+
+/// A folder of images that show one scene, described by its dataset.json.
+struct Dataset {
+  Quantity quantity = Quantity::power;
+  Calibration calibration = Calibration::beta0;
+  double scale = 1.0;  ///< physical value = stored value or code × scale
+  glm::dvec3 aim_m{0.0};
+  Box scene_box_m;  ///< what the swath sees; see scene_box_of_swath
+  std::vector<DatasetView> views;
+  std::map<std::string, std::vector<std::string>> splits;  ///< name to images, disjoint
+  std::string provenance_json = "{}";  ///< a JSON object, kept as it is
+};
+
+/// Name of the manifest in a dataset's folder.
+inline constexpr std::string_view kManifestName = "dataset.json";
+
+/// The acquisition of a view, in radians.
+Acquisition acquisition_of(const DatasetView& view, const glm::dvec3& aim_m);
+
+/// The part of the world that the views' swaths see, from the acquisitions alone (a box taken from the
+/// mesh would tell a learner the answer):
+///
+///     x, z   aim ± ½ hypot(n_az Δa, n_rg Δr / sin θ)
+///     y      from the aim to ½ n_rg Δr / cos θ above it
+///
+/// the largest over the views. Throws UsageError without views.
+Box scene_box_of_swath(const glm::dvec3& aim_m, std::span<const DatasetView> views);
+
+/// The text of a manifest: one view a line, the same bytes for the same dataset. Throws UsageError for
+/// a dataset that parse_manifest would refuse.
+std::string manifest_text(const Dataset& dataset);
+
+/// Reads and validates a manifest; `where` names it in messages. Throws InputError with the place
+/// ("dataset.json: views[3].look: …") for syntax, unknown or missing keys, wrong types, a version from
+/// the future, values out of range, both angles missing or contradicting each other, an altitude that
+/// contradicts range and angle, images outside of the folder or listed twice, and splits that overlap.
+Dataset parse_manifest(std::string_view text, const std::string& where);
+
+/// parse_manifest on the dataset.json of a folder.
+Dataset read_manifest(const std::filesystem::path& folder);
+
+}  // namespace sarnerf

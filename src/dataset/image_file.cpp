@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/dataset/image_file.h"
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include "codec.h"
+#include "sarnerf/core/error.h"
+
+namespace sarnerf {
+namespace {
+
+std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
+  std::error_code code;
+  if (std::filesystem::is_directory(path, code)) {
+    throw InputError(path.string() + ": expected an image file, found a folder");
+  }
+  std::ifstream in(path, std::ios::binary | std::ios::ate);
+  if (!in) throw InputError(path.string() + ": the image cannot be opened; check the path");
+  const std::streamoff size = in.tellg();
+  if (size > std::numeric_limits<int>::max()) {
+    throw InputError(path.string() + ": expected an image below 2 GiB");
+  }
+  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  in.seekg(0);
+  in.read(reinterpret_cast<char*>(bytes.data()), size);
+  if (!in) throw InputError(path.string() + ": the image cannot be read to its end");
+  return bytes;
+}
+
+/// One value of a pixel whose channels must agree (a grey picture stored in colour).
+template <class T>
+float grey_value(const T* pixel, int channels, const std::string& where) {
+  if (channels >= 3 && !(pixel[0] == pixel[1] && pixel[1] == pixel[2])) {
+    throw InputError(where + ": expected a grey image, found colours; convert it to one channel");
+  }
+  if (channels == 4 && pixel[3] != std::numeric_limits<T>::max()) {
+    throw InputError(where + ": expected an opaque image, found transparency; remove the alpha channel");
+  }
+  return static_cast<float>(pixel[0]);
+}
+
+template <class T>
+Image<float> from_mat(const cv::Mat& mat, const std::string& where) {
+  const int channels = mat.channels();
+  Image<float> image(mat.rows, mat.cols);
+  for (int row = 0; row < mat.rows; ++row) {
+    const T* pixel = mat.ptr<T>(row);
+    for (int column = 0; column < mat.cols; ++column, pixel += channels) {
+      const float value = grey_value(pixel, channels, where);
+      if (!std::isfinite(value)) {
+        throw InputError(where + ": expected finite pixels, found " + std::to_string(value) +
+                         " in row " + std::to_string(row) + ", column " + std::to_string(column));
+      }
+      image(row, column) = value;
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode_tiff(const Image<float>& image) {
+  if (image.pixels().empty()) throw UsageError("an image file needs at least one pixel");
+  const cv::Mat mat(image.n_azimuth(), image.n_range(), CV_32FC1,
+                    const_cast<float*>(image.pixels().data()));
+  // OpenCV's default compression depends on the type of the pixels; 1 is none.
+  return encode(".tif", mat, {cv::IMWRITE_TIFF_COMPRESSION, 1});
+}
+
+Image<float> read_image(const std::filesystem::path& path) {
+  const std::string where = path.string();
+  const cv::Mat mat = decode(read_bytes(path), where);
+  const int channels = mat.channels();
+  if (channels == 2 || channels > 4 || (channels > 1 && mat.depth() >= CV_32F)) {
+    throw InputError(where + ": expected one channel, found " + std::to_string(channels));
+  }
+  switch (mat.depth()) {
+    case CV_8U:
+      return from_mat<std::uint8_t>(mat, where);
+    case CV_16U:
+      return from_mat<std::uint16_t>(mat, where);
+    case CV_32F:
+      return from_mat<float>(mat, where);
+    case CV_64F:
+      return from_mat<double>(mat, where);
+    default:
+      throw InputError(where + ": expected 8- or 16-bit codes or floating-point pixels, found type " +
+                       cv::typeToString(mat.type()));
+  }
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "json_reader.h"
+#include "manifest_names.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/units.h"
+#include "sarnerf/dataset/manifest.h"
+
+namespace sarnerf {
+namespace {
+
+/// Angles and heights are often published rounded; beyond this they are about different geometries.
+constexpr double kAngleToleranceDeg = 0.0101;
+constexpr double kAltitudeTolerance = 0.01;
+
+template <std::size_t N>
+std::size_t index_of_name(const JsonReader& reader, const std::array<std::string_view, N>& names) {
+  const std::string text = reader.text();
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found == names.end()) {
+    std::string known;
+    for (const std::string_view n : names) known += (known.empty() ? "" : ", ") + std::string(n);
+    reader.fail("expected one of " + known + ", found \"" + text + "\"");
+  }
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+/// Runs one of the library's *_from_name functions and says where the name stood.
+template <class FromName>
+auto enumerator(const JsonReader& reader, FromName from_name) {
+  try {
+    return from_name(reader.text());
+  } catch (const UsageError& e) {
+    reader.fail(e.what());
+  }
+}
+
+glm::dvec3 read_vector(const JsonReader& reader) {
+  if (reader.array_size() != 3) reader.fail("expected [x, y, z]");
+  return {reader.at(0).number(), reader.at(1).number(), reader.at(2).number()};
+}
+
+Box read_box(const JsonReader& reader) {
+  if (reader.array_size() != 2) reader.fail("expected [[min x, y, z], [max x, y, z]]");
+  const Box box{read_vector(reader.at(0)), read_vector(reader.at(1))};
+  if (box.empty()) reader.fail("expected min <= max on every axis");
+  return box;
+}
+
+std::string read_image_path(const JsonReader& reader) {
+  const std::string text = reader.text();
+  const std::filesystem::path path = text;
+  const bool leaves = std::any_of(path.begin(), path.end(), [](const auto& p) { return p == ".."; });
+  if (text.empty() || path.is_absolute() || leaves) {
+    reader.fail("expected a path inside the dataset's folder, found \"" + text + "\"");
+  }
+  return text;
+}
+
+double read_incidence_deg(JsonReader& view) {
+  const auto incidence = view.optional_number("incidence_deg");
+  const auto depression = view.optional_number("depression_deg");
+  if (!incidence && !depression) {
+    view.fail("\"incidence_deg\" (from the vertical) or \"depression_deg\" (from the horizontal) is "
+              "needed, neither is there");
+  }
+  char text[200];
+  if (incidence && depression && std::abs(*incidence + *depression - 90.0) > kAngleToleranceDeg) {
+    std::snprintf(text, sizeof text,
+                  "incidence_deg %.10g and depression_deg %.10g contradict each other: they must add "
+                  "up to 90; remove the wrong one",
+                  *incidence, *depression);
+    view.fail(text);
+  }
+  const double result = incidence ? *incidence : 90.0 - *depression;
+  if (!(result > 0.0 && result < 90.0)) {
+    std::snprintf(text, sizeof text,
+                  "incidence must lie between 0 and 90 degrees, both excluded; it is %.10g", result);
+    view.fail(text);
+  }
+  return result;
+}
+
+std::optional<double> read_altitude_m(JsonReader& view, double slant_range_m, double incidence_deg) {
+  const auto altitude = view.optional_number("altitude_m");
+  if (!altitude) return altitude;
+  const double implied_m = slant_range_m * std::cos(rad_from_deg(incidence_deg));
+  if (std::abs(*altitude - implied_m) > kAltitudeTolerance * implied_m) {
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "altitude_m %.10g contradicts slant_range_m and incidence, which put the radar "
+                  "%.10g m above the aim point",
+                  *altitude, implied_m);
+    view.fail(text);
+  }
+  return altitude;
+}
+
+std::array<Axis, 2> read_axes(const JsonReader& reader) {
+  if (reader.array_size() != 2) reader.fail("expected [row, column], such as [\"+i\", \"+j\"]");
+  const std::size_t row = index_of_name(reader.at(0), kAxisNames);
+  const std::size_t column = index_of_name(reader.at(1), kAxisNames);
+  if (row / 2 == column / 2) reader.fail("expected one axis along i and one along j");
+  return {static_cast<Axis>(row), static_cast<Axis>(column)};
+}
+
+DatasetView read_view(JsonReader reader, const glm::dvec3& aim_m) {
+  DatasetView view;
+  view.image = read_image_path(reader.at("image"));
+  view.azimuth_deg = reader.at("azimuth_deg").number();
+  view.incidence_deg = read_incidence_deg(reader);
+  view.slant_range_m = reader.at("slant_range_m").positive_number();
+  view.altitude_m = read_altitude_m(reader, view.slant_range_m, view.incidence_deg);
+  view.n_azimuth = reader.at("n_azimuth").positive_integer();
+  view.n_range = reader.at("n_range").positive_integer();
+  view.azimuth_spacing_m = reader.at("azimuth_spacing_m").positive_number();
+  view.range_spacing_m = reader.at("range_spacing_m").positive_number();
+  view.axes = read_axes(reader.at("axes"));
+  view.look = static_cast<Look>(index_of_name(reader.at("look"), kLookNames));
+  view.class_name = reader.optional_text("class");
+  view.serial = reader.optional_text("serial");
+  view.source = reader.optional_text("source");
+  reader.finish();
+  try {
+    validate(acquisition_of(view, aim_m));
+  } catch (const GeometryError& e) {
+    reader.fail(e.what());
+  }
+  return view;
+}
+
+std::vector<DatasetView> read_views(const JsonReader& reader, const glm::dvec3& aim_m) {
+  std::vector<DatasetView> views;
+  std::set<std::string> images;
+  for (std::size_t n = 0; n < reader.array_size(); ++n) {
+    views.push_back(read_view(reader.at(n), aim_m));
+    if (!images.insert(views.back().image).second) {
+      reader.at(n).fail("the image \"" + views.back().image + "\" is listed twice");
+    }
+  }
+  if (views.empty()) reader.fail("expected at least one view");
+  return views;
+}
+
+std::map<std::string, std::vector<std::string>> read_splits(JsonReader reader,
+                                                            const std::vector<DatasetView>& views) {
+  std::set<std::string> free;
+  for (const DatasetView& view : views) free.insert(view.image);
+  std::map<std::string, std::vector<std::string>> splits;
+  if (!reader.json().is_object()) reader.fail("expected an object of lists of images");
+  for (const auto& [split, images] : reader.json().items()) {
+    const JsonReader list = reader.at(split);
+    for (std::size_t n = 0; n < list.array_size(); ++n) {
+      const std::string image = list.at(n).text();
+      if (free.erase(image) == 0) {
+        list.at(n).fail("\"" + image + "\" is no image of this dataset, or in another split already");
+      }
+      splits[split].push_back(image);
+    }
+  }
+  return splits;
+}
+
+}  // namespace
+
+Dataset parse_manifest(std::string_view text, const std::string& where) {
+  const Json document = JsonReader::parse(text, where);
+  JsonReader reader(document, where);
+  if (const std::string format = reader.at("format").text(); format != kManifestFormat) {
+    reader.fail("expected format \"" + std::string(kManifestFormat) + "\", found \"" + format + "\"");
+  }
+  if (const int version = reader.at("version").positive_integer(); version != kManifestVersion) {
+    reader.fail("this program reads version " + std::to_string(kManifestVersion) + ", found version " +
+                std::to_string(version) + "; use a newer program");
+  }
+  Dataset dataset;
+  dataset.quantity = enumerator(reader.at("quantity"), quantity_from_name);
+  dataset.calibration = enumerator(reader.at("calibration"), calibration_from_name);
+  dataset.scale = reader.at("scale").positive_number();
+  dataset.aim_m = read_vector(reader.at("aim_m"));
+  dataset.scene_box_m = read_box(reader.at("scene_box_m"));
+  dataset.views = read_views(reader.at("views"), dataset.aim_m);
+  if (reader.has("splits")) dataset.splits = read_splits(reader.at("splits"), dataset.views);
+  const JsonReader provenance = reader.at("provenance");
+  if (!provenance.json().is_object()) provenance.fail("expected an object");
+  dataset.provenance_json = provenance.json().dump();
+  reader.finish();
+  return dataset;
+}
+
+Dataset read_manifest(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / kManifestName;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
+    throw InputError(path.string() + ": the manifest cannot be opened; expected a dataset's folder");
+  }
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  return parse_manifest(text, path.string());
+}
+
+}  // namespace sarnerf

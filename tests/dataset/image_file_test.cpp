@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/dataset/image_file.h"
+
+#include <cstring>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+
+#include "catch.h"
+#include "sarnerf/core/error.h"
+#include "scratch_folder.h"
+
+using namespace sarnerf;
+
+namespace {
+
+void write_bytes(const std::filesystem::path& path, const std::vector<std::byte>& bytes) {
+  write_text(path, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+std::string error_of(const std::filesystem::path& path) {
+  try {
+    (void)read_image(path);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("float TIFF: every finite bit pattern comes back") {
+  std::mt19937 random(7);
+  for (const auto& [rows, columns] : {std::pair{1, 1}, {1, 300}, {129, 37}, {600, 601}}) {
+    Image<float> image(rows, columns);
+    for (float& p : image.pixels()) {
+      std::uint32_t bits = 0;
+      do {
+        bits = static_cast<std::uint32_t>(random());
+        std::memcpy(&p, &bits, sizeof p);
+      } while (!std::isfinite(p));
+    }
+    image(0, 0) = -0.0f;
+    const ScratchFolder folder;
+    const auto bytes = encode_tiff(image);
+    write_bytes(folder / "a.tif", bytes);
+    const Image<float> back = read_image(folder / "a.tif");
+    REQUIRE(back.n_azimuth() == rows);
+    REQUIRE(back.n_range() == columns);
+    CHECK(std::memcmp(back.pixels().data(), image.pixels().data(), image.pixels().size_bytes()) == 0);
+    CHECK(encode_tiff(image) == bytes);
+    CHECK(bytes.size() < image.pixels().size_bytes() + 8192);
+  }
+}
+
+TEST_CASE("integer images become floats of the same value") {
+  const ScratchFolder folder;
+  cv::Mat codes16(2, 3, CV_16UC1);
+  for (int n = 0; n < 6; ++n) codes16.at<std::uint16_t>(n / 3, n % 3) = std::uint16_t(13107 * n);
+  for (const char* name : {"a.png", "a.tif"}) {
+    cv::imwrite((folder / name).string(), codes16);
+    const Image<float> image = read_image(folder / name);
+    CHECK(image.n_azimuth() == 2);
+    CHECK(image(1, 2) == 65535.0f);
+    CHECK(image(0, 1) == 13107.0f);
+  }
+  const cv::Mat codes8(4, 5, CV_8UC1, cv::Scalar(77));
+  for (const char* name : {"b.png", "b.jpg", "b.tif"}) {
+    cv::imwrite((folder / name).string(), codes8);
+    CHECK(read_image(folder / name)(3, 4) == 77.0f);
+  }
+  cv::imwrite((folder / "grey.png").string(), cv::Mat(4, 5, CV_8UC3, cv::Scalar(9, 9, 9)));
+  CHECK(read_image(folder / "grey.png")(0, 0) == 9.0f);
+}
+
+TEST_CASE("what is no image, or an image without meaning, is refused by name") {
+  const ScratchFolder folder;
+  CHECK(error_of(folder / "absent.tif").find("absent.tif") != std::string::npos);
+  CHECK(error_of(folder.path()).find("folder") != std::string::npos);
+  write_text(folder / "empty.tif", "");
+  CHECK(error_of(folder / "empty.tif").find("empty") != std::string::npos);
+  write_text(folder / "text.png", "not an image");
+  CHECK(error_of(folder / "text.png").find("damaged") != std::string::npos);
+
+  const auto bytes = encode_tiff(Image<float>(50, 50, 1.0f));
+  write_bytes(folder / "cut.tif", {bytes.begin(), bytes.begin() + 4000});
+  CHECK_FALSE(error_of(folder / "cut.tif").empty());
+
+  cv::imwrite((folder / "red.png").string(), cv::Mat(4, 5, CV_8UC3, cv::Scalar(0, 0, 255)));
+  CHECK(error_of(folder / "red.png").find("colour") != std::string::npos);
+  cv::imwrite((folder / "clear.png").string(), cv::Mat(4, 5, CV_8UC4, cv::Scalar(1, 1, 1, 0)));
+  CHECK(error_of(folder / "clear.png").find("alpha") != std::string::npos);
+
+  Image<float> image(3, 4, 1.0f);
+  image(2, 1) = std::numeric_limits<float>::quiet_NaN();
+  write_bytes(folder / "nan.tif", encode_tiff(image));
+  CHECK(error_of(folder / "nan.tif").find("row 2, column 1") != std::string::npos);
+  CHECK_THROWS_AS(encode_tiff(Image<float>()), UsageError);
+}
