@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "console.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "sarnerf/core/error.h"
+
+namespace sarnerf::app {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr auto kBarInterval = 100ms;
+constexpr auto kLineInterval = 10s;
+constexpr int kBarWidth = 28;
+
+std::string duration_text(double seconds) {
+  const auto s = static_cast<unsigned long long>(seconds + 0.5);
+  char text[40];
+  if (s >= 3600) {
+    std::snprintf(text, sizeof text, "%llu:%02llu:%02llu", s / 3600, s / 60 % 60, s % 60);
+  } else {
+    std::snprintf(text, sizeof text, "%llu:%02llu", s / 60, s % 60);
+  }
+  return text;
+}
+
+}  // namespace
+
+Console::Console(std::string program, std::FILE* stream)
+    : program_(std::move(program)), stream_(stream), terminal_(::isatty(::fileno(stream)) == 1) {}
+
+Console::~Console() { clear_bar(); }
+
+void Console::detail(std::string_view line) {
+  if (verbosity_ >= 1) print("", line);
+}
+void Console::note(std::string_view line) {
+  if (verbosity_ >= 0) print("", line);
+}
+void Console::warning(std::string_view line) { print("warning: ", line); }
+void Console::error(std::string_view line) { print("error: ", line); }
+
+void Console::print(std::string_view label, std::string_view line) {
+  const std::scoped_lock lock(mutex_);
+  clear_bar();
+  std::fprintf(stream_, "%s: %.*s%.*s\n", program_.c_str(), static_cast<int>(label.size()),
+               label.data(), static_cast<int>(line.size()), line.data());
+  std::fflush(stream_);
+}
+
+void Console::clear_bar() {
+  if (!bar_drawn_) return;
+  std::fputs("\r\033[K", stream_);
+  bar_drawn_ = false;
+}
+
+void Console::progress(std::string_view stage, std::uint64_t done, std::uint64_t total) {
+  if (verbosity_ < 0) return;
+  const std::scoped_lock lock(mutex_);
+  const Clock::time_point now = Clock::now();
+  if (stage != stage_) {
+    stage_ = stage;
+    stage_start_ = last_drawn_ = now;
+  }
+  const bool finished = total > 0 && done >= total;
+  if (finished) {
+    clear_bar();
+    std::fflush(stream_);
+    stage_.clear();
+    return;
+  }
+  if (now - last_drawn_ < (terminal_ ? Clock::duration(kBarInterval) : Clock::duration(kLineInterval))) {
+    return;
+  }
+  last_drawn_ = now;
+  const std::string text = progress_text(done, total, now);
+  if (terminal_) {
+    std::fprintf(stream_, "\r\033[K%s", text.c_str());
+    bar_drawn_ = true;
+  } else {
+    std::fprintf(stream_, "%s: %s\n", program_.c_str(), text.c_str());
+  }
+  std::fflush(stream_);
+}
+
+std::string Console::progress_text(std::uint64_t done, std::uint64_t total,
+                                   Clock::time_point now) const {
+  const double elapsed_s = std::chrono::duration<double>(now - stage_start_).count();
+  const double rate = elapsed_s > 0.0 ? double(done) / elapsed_s : 0.0;
+  char figures[160];
+  if (total == 0) {
+    std::snprintf(figures, sizeof figures, " %llu  %.3g/s", static_cast<unsigned long long>(done), rate);
+    return stage_ + figures;
+  }
+  const double share = double(done) / double(total);
+  const std::string left = rate > 0.0 ? duration_text(double(total - done) / rate) : "?";
+  std::snprintf(figures, sizeof figures, "%3.0f%%  %llu/%llu  %.3g/s  %s left", 100.0 * share,
+                static_cast<unsigned long long>(done), static_cast<unsigned long long>(total), rate,
+                left.c_str());
+  if (!terminal_) return stage_ + " " + figures;
+  const int filled = static_cast<int>(share * kBarWidth);
+  return stage_ + " [" + std::string(static_cast<std::size_t>(filled), '#') +
+         std::string(static_cast<std::size_t>(kBarWidth - filled), '.') + "] " + figures;
+}
+
+void print_result(std::string_view text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) {
+    throw Error(std::string("the result cannot be written to stdout: ") + std::strerror(errno));
+  }
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+namespace sarnerf::app {
+
+/// What a program tells its user while it works, on stderr: results go to stdout. Safe to use from
+/// several threads.
+class Console {
+ public:
+  explicit Console(std::string program, std::FILE* stream = stderr);
+  ~Console();
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
+
+  /// −1 quiet: warnings and errors only; 0 normal; 1 and more: details too.
+  void set_verbosity(int verbosity) { verbosity_ = verbosity; }
+
+  void detail(std::string_view line);
+  void note(std::string_view line);
+  void warning(std::string_view line);
+  void error(std::string_view line);
+
+  /// A bar with rate and time left that redraws itself on a terminal; elsewhere a line every ten
+  /// seconds. Another stage, or done == total, ends the bar.
+  void progress(std::string_view stage, std::uint64_t done, std::uint64_t total);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void print(std::string_view label, std::string_view line);
+  void clear_bar();
+  std::string progress_text(std::uint64_t done, std::uint64_t total, Clock::time_point now) const;
+
+  std::mutex mutex_;
+  std::string program_;
+  std::FILE* stream_;
+  bool terminal_;
+  int verbosity_ = 0;
+  bool bar_drawn_ = false;
+  std::string stage_;
+  Clock::time_point stage_start_;
+  Clock::time_point last_drawn_;
+};
+
+/// Writes to stdout at once. Throws Error when it is full or closed.
+void print_result(std::string_view text);
+
+}  // namespace sarnerf::app

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shared_options.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "config_file.h"
+#include "console.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "values.h"
+#include "version.h"
+
+namespace sarnerf::app {
+namespace {
+
+constexpr const char* kGroup = "Program";
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+CommandLine::CommandLine(std::string name, std::string description)
+    : parser_(std::move(description), std::move(name)) {
+  parser_.set_help_flag("-h,--help", "Print this help and exit")->group(kGroup);
+  parser_.allow_config_extras(CLI::config_extras_mode::error);
+  parser_.config_formatter(std::make_shared<ConfigFile>(parser_));
+  parser_.get_formatter()->column_width(34);
+}
+
+void CommandLine::same_meaning(std::vector<std::string> long_names) {
+  std::static_pointer_cast<ConfigFile>(parser_.get_config_formatter())
+      ->same_meaning(std::move(long_names));
+}
+
+void CommandLine::add_shared_options() {
+  parser_.add_option("--threads", threads_, "Worker threads; auto: OMP_NUM_THREADS or all processors")
+      ->type_name("N|auto")->capture_default_str()->group(kGroup);
+  parser_.add_option("--max-memory", max_memory_, "Refuse to start what needs more, such as 8G")
+      ->type_name("BYTES|none")->capture_default_str()->group(kGroup);
+  parser_.add_flag("-q,--quiet", quiet_, "Print warnings and errors only")->group(kGroup);
+  parser_.add_flag("-v,--verbose", verbose_, "Print details")->group(kGroup);
+  parser_.set_config("--config", "", "Options from a TOML file (name = value); the command line wins")
+      ->type_name("FILE")->group(kGroup);
+  parser_.set_version_flag("--version", parser_.get_name() + " " + std::string(kVersion),
+                           "Print the version and exit")->group(kGroup);
+}
+
+bool CommandLine::parse(int argc, char** argv) {
+  try {
+    parser_.parse(argc, argv);
+    return true;
+  } catch (const CLI::CallForHelp&) {
+    print_result(parser_.help());
+  } catch (const CLI::CallForVersion& e) {
+    print_result(std::string(e.what()) + "\n");
+  } catch (const CLI::FileError& e) {
+    throw InputError("--config: " + one_line(e.what()) + "; expected an existing TOML file");
+  } catch (const CLI::ConfigError& e) {
+    throw InputError("--config: " + one_line(e.what()) +
+                     "; expected lines such as pitch = 45, with the names of the options");
+  } catch (const CLI::ParseError& e) {
+    throw UsageError(one_line(e.what()) + "; " + parser_.get_name() + " --help lists the options");
+  }
+  return false;
+}
+
+SharedOptions CommandLine::shared_options() const {
+  SharedOptions options;
+  options.n_threads = threads_ == "auto"
+                          ? default_thread_count()
+                          : static_cast<int>(parse_whole("--threads", threads_, 1, 4096));
+  if (max_memory_ != "none") options.max_memory_bytes = parse_bytes("--max-memory", max_memory_);
+  options.verbosity = quiet_ ? -1 : verbose_;
+  return options;
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "values.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "sarnerf/core/error.h"
+
+namespace sarnerf::app {
+namespace {
+
+/// Beyond this a list of angles is a misplaced decimal point.
+constexpr double kMaxAngles = 1e6;
+constexpr int kMaxPixels = 65535;
+
+[[noreturn]] void fail(std::string_view option, std::string_view expected, std::string_view found) {
+  throw UsageError(std::string(option) + ": expected " + std::string(expected) + ", found '" +
+                   std::string(found) + "'");
+}
+
+std::optional<double> to_number(std::string_view text) {
+  // from_chars knows no plus sign.
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
+  return value;
+}
+
+std::vector<std::string_view> split(std::string_view text, std::string_view separators) {
+  std::vector<std::string_view> parts;
+  while (true) {
+    const auto end = text.find_first_of(separators);
+    parts.push_back(text.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    text.remove_prefix(end + 1);
+  }
+}
+
+/// Steps such as 0.1 are not binary fractions: what is meant is the decimal number.
+double without_rounding_noise(double angle_deg) { return std::round(angle_deg * 1e9) / 1e9; }
+
+}  // namespace
+
+double parse_number(std::string_view option, std::string_view text) {
+  const auto value = to_number(text);
+  if (!value) fail(option, "a number", text);
+  return *value;
+}
+
+double parse_positive(std::string_view option, std::string_view text) {
+  const auto value = to_number(text);
+  if (!value || !(*value > 0.0)) fail(option, "a number above zero", text);
+  return *value;
+}
+
+std::int64_t parse_whole(std::string_view option, std::string_view text, std::int64_t least,
+                         std::int64_t most) {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || value < least || value > most) {
+    fail(option, "a whole number from " + std::to_string(least) + " to " + std::to_string(most), text);
+  }
+  return value;
+}
+
+std::vector<double> parse_angles_deg(std::string_view option, std::string_view text) {
+  constexpr std::string_view kExpected =
+      "degrees: a number, a range first:last:step such as 0:350:10, or a list of both such as 15,17,30";
+  std::vector<double> angles;
+  for (const std::string_view item : split(text, ",")) {
+    std::array<double, 3> parts{};
+    const auto texts = split(item, ":");
+    if (texts.size() != 1 && texts.size() != 3) fail(option, kExpected, text);
+    for (std::size_t n = 0; n < texts.size(); ++n) {
+      const auto value = to_number(texts[n]);
+      if (!value) fail(option, kExpected, text);
+      parts[n] = *value;
+    }
+    if (texts.size() == 1) {
+      angles.push_back(parts[0]);
+      continue;
+    }
+    const auto [first, last, step] = parts;
+    const double n_steps = (last - first) / step;
+    if (step == 0.0 || !(n_steps >= 0.0)) {
+      fail(option, "a range first:last:step whose step leads from first to last", item);
+    }
+    if (n_steps + double(angles.size()) > kMaxAngles) fail(option, "at most a million angles", item);
+    // A step that does not divide the range ends before the last; rounding must not end it too early.
+    const auto n_last = static_cast<long>(std::floor(n_steps + 1e-9));
+    for (long n = 0; n <= n_last; ++n) {
+      angles.push_back(without_rounding_noise(first + double(n) * step));
+    }
+  }
+  return angles;
+}
+
+std::pair<int, int> parse_image_size(std::string_view option, std::string_view text) {
+  constexpr std::string_view kExpected =
+      "a size in pixels, azimuth x range, from 1 to 65535 a side, such as 128x128";
+  const auto parts = split(text, "xX,");
+  std::array<int, 2> size{};
+  if (parts.size() > 2) fail(option, kExpected, text);
+  for (std::size_t n = 0; n < parts.size(); ++n) {
+    const auto value = to_number(parts[n]);
+    if (!value || *value != std::floor(*value) || *value < 1 || *value > kMaxPixels) {
+      fail(option, kExpected, text);
+    }
+    size[n] = static_cast<int>(*value);
+  }
+  return {size[0], parts.size() == 2 ? size[1] : size[0]};
+}
+
+std::pair<double, double> parse_spacing_m(std::string_view option, std::string_view text) {
+  const auto parts = split(text, ",");
+  std::array<double, 2> spacing{};
+  for (std::size_t n = 0; n < parts.size(); ++n) {
+    const auto value = to_number(parts[n]);
+    if (parts.size() > 2 || !value || !(*value > 0.0)) {
+      fail(option, "metres above zero, azimuth and range, such as 0.3 or 0.3,0.2", text);
+    }
+    spacing[n] = *value;
+  }
+  return {spacing[0], parts.size() == 2 ? spacing[1] : spacing[0]};
+}
+
+glm::dvec3 parse_vector(std::string_view option, std::string_view text) {
+  const auto parts = split(text, ",");
+  glm::dvec3 vector(0.0);
+  for (std::size_t n = 0; n < 3; ++n) {
+    const auto value = parts.size() == 3 ? to_number(parts[n]) : std::nullopt;
+    if (!value) fail(option, "x,y,z in metres, such as 0,1.5,-20", text);
+    vector[static_cast<int>(n)] = *value;
+  }
+  return vector;
+}
+
+double parse_units_m(std::string_view option, std::string_view text) {
+  constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"km", 1000.0}, {"ft", 0.3048}, {"in", 0.0254}};
+  for (const auto& [unit, metres] : kUnits) {
+    if (text == unit) return metres;
+  }
+  const auto value = to_number(text);
+  if (!value || !(*value > 0.0)) {
+    fail(option, "m, cm, mm, km, ft, in, or the metres of one unit as a number", text);
+  }
+  return *value;
+}
+
+std::uint64_t parse_bytes(std::string_view option, std::string_view text) {
+  constexpr std::string_view kPrefixes = "KMGT";
+  std::string_view number = text;
+  for (const std::string_view suffix : {"iB", "B"}) {
+    if (number.ends_with(suffix)) {
+      number.remove_suffix(suffix.size());
+      break;
+    }
+  }
+  double factor = 1.0;
+  if (!number.empty()) {
+    const char last = number.back() == 'k' ? 'K' : number.back();
+    if (const auto power = kPrefixes.find(last); power != std::string_view::npos) {
+      factor = std::pow(1024.0, double(power) + 1.0);
+      number.remove_suffix(1);
+    }
+  }
+  const auto value = to_number(number);
+  if (!value || !(*value * factor >= 1.0) || *value * factor > 1e18) {
+    fail(option, "a size such as 8G, 500M or 1.5G", text);
+  }
+  return static_cast<std::uint64_t>(*value * factor);
+}
+
+std::string bytes_text(std::uint64_t bytes) {
+  constexpr const char* kUnits[] = {"B", "KiB", "MiB", "GiB", "TiB"};
+  double value = double(bytes);
+  std::size_t unit = 0;
+  while (value >= 1000.0 && unit < 4) {
+    value /= 1024.0;
+    ++unit;
+  }
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3g %s", value, kUnits[unit]);
+  return text;
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace sarnerf::app {
+
+// Texts of the command line to values. Each throws UsageError with the option's name, what was
+// expected, with an example, and what was found.
+
+/// A finite number.
+double parse_number(std::string_view option, std::string_view text);
+
+/// A finite number above zero.
+double parse_positive(std::string_view option, std::string_view text);
+
+/// A whole number from `least` to `most`.
+std::int64_t parse_whole(std::string_view option, std::string_view text, std::int64_t least,
+                         std::int64_t most);
+
+/// Angles (deg): numbers and ranges first:last:step, the last included where the step reaches it,
+/// separated by commas: "45", "0:350:10", "15,17,30:50:5". In the order given.
+std::vector<double> parse_angles_deg(std::string_view option, std::string_view text);
+
+/// "128x128" or "128,128": azimuth × range; one number is a square.
+std::pair<int, int> parse_image_size(std::string_view option, std::string_view text);
+
+/// "0.3" or "0.3,0.2": azimuth, range (m).
+std::pair<double, double> parse_spacing_m(std::string_view option, std::string_view text);
+
+/// "x,y,z".
+glm::dvec3 parse_vector(std::string_view option, std::string_view text);
+
+/// Metres per unit: m, cm, mm, km, ft, in, or a number.
+double parse_units_m(std::string_view option, std::string_view text);
+
+/// Bytes: "8G", "500M", "1.5GiB", "2000000". K, M, G, T are powers of 1024.
+std::uint64_t parse_bytes(std::string_view option, std::string_view text);
+
+/// "1.5 GiB".
+std::string bytes_text(std::uint64_t bytes);
+
+}  // namespace sarnerf::app
