@@ -1,0 +1,53 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# check_itself.sh SCRATCH_FOLDER: each check passes a clean tree and names the file of each offence.
+set -eu
+checks=$(cd "$(dirname "$0")" && pwd)
+scratch=$1
+bad=0
+
+clean_tree() {
+  rm -rf "$scratch"
+  mkdir -p "$scratch"
+  cd "$scratch"
+  mkdir -p include/sarnerf/core src/core src/geometry apps tests scripts cmake .ci data docs
+  licence='// SPDX-License-Identifier: Apache-2.0'
+  printf '%s\n#include <vector>\n#include <glm/glm.hpp>\n' "$licence" > include/sarnerf/core/a.h
+  printf '%s\n// printed eq. 2\n' "$licence" > src/core/a.cpp
+  printf '%s\n#include "sarnerf/core/a.h"\n' "$licence" > src/geometry/b.cpp
+  printf '| 2 | row |\n' > docs/equations.md
+  touch CMakeLists.txt CMakePresets.json README.md
+}
+
+# offence CHECK FILE TEXT: appended to FILE, TEXT must make CHECK fail and name FILE.
+offence() {
+  clean_tree
+  printf "$3\n" >> "$2"
+  if report=$(sh "$checks/check_$1.sh" 2>&1); then
+    echo "check_$1.sh accepted '$3' in $2"
+    bad=1
+  elif ! echo "$report" | grep -qF "$2"; then
+    echo "check_$1.sh refused '$3' without naming $2: $report"
+    bad=1
+  fi
+}
+
+clean_tree
+for check in equations files includes; do
+  sh "$checks/check_$check.sh" || { echo "check_$check.sh refused a clean tree"; bad=1; }
+done
+
+offence equations src/core/a.cpp '// printed eqs. 2, 99'
+offence equations src/core/a.cpp '/// printed eqs. 2 and 35'
+offence equations src/core/a.cpp '/// (printed 2–98)'
+offence includes src/core/a.cpp '#include "sarnerf/geometry/b.h"'
+offence includes src/geometry/b.cpp '#include <sarnerf/render/b.h>'
+offence includes include/sarnerf/core/a.h '#include <opencv2/core.hpp>'
+offence includes include/sarnerf/core/a.h '# include <stdio.h>'
+offence files src/core/new.cpp '// no licence'
+offence files src/core/a.cpp "$(seq -s '\n' 451)"
+# Put together here, or this line would be an offence itself.
+offence files src/core/a.cpp "// see /$(echo home)/someone/mesh.obj"
+
+rm -rf "$scratch"
+exit $bad
