@@ -37,13 +37,15 @@ std::string with_views(const Json& head, const std::vector<DatasetView>& views) 
   text += ",\n  \"views\": [";
   const char* separator = "\n    ";
   for (const DatasetView& view : views) {
-    text += separator + view_json(view).dump();
+    text += separator + view_text(view);
     separator = ",\n    ";
   }
   return text + "\n  ]\n}\n";
 }
 
 }  // namespace
+
+std::string view_text(const DatasetView& view) { return view_json(view).dump(); }
 
 std::string manifest_text(const Dataset& dataset) {
   Json head;

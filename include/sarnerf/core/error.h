@@ -47,6 +47,7 @@ class CheckpointError : public Error {
 class Interrupted : public Error {
  public:
   Interrupted() : Error("interrupted") {}
+  using Error::Error;  ///< with what was finished and how to continue
 };
 
 }  // namespace sarnerf

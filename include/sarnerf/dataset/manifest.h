@@ -69,6 +69,9 @@ Box scene_box_of_swath(const glm::dvec3& aim_m, std::span<const DatasetView> vie
 /// a dataset that parse_manifest would refuse.
 std::string manifest_text(const Dataset& dataset);
 
+/// One view as the JSON object that stands for it in a manifest.
+std::string view_text(const DatasetView& view);
+
 /// Reads and validates a manifest; `where` names it in messages. Throws InputError with the place
 /// ("dataset.json: views[3].look: …") for syntax, unknown or missing keys, wrong types, a version from
 /// the future, values out of range, both angles missing or contradicting each other, an altitude that

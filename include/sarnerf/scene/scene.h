@@ -43,6 +43,7 @@ struct Ground {
 
 /// What loading and repair did, for the log and for --explain: one line each, empty when nothing.
 struct SceneReport {
+  std::vector<std::filesystem::path> files;  ///< every file that was read, for fingerprints
   std::vector<std::string> notes;     ///< what was mended or assumed
   std::vector<std::string> warnings;  ///< what the user should look at
   double read_s = 0.0;
