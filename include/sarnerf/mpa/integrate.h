@@ -24,7 +24,8 @@ struct FieldSamples {
   SourceForm form = SourceForm::scattering;
 };
 
-/// Derivatives of a loss by the field's samples, each as long as its counterpart.
+/// Derivatives of a loss by the field's samples, each as long as its counterpart. Without κ⁻ the
+/// derivative by κ⁺ is the total one, 2 ℓ ∂L/∂x.
 template <class T>
 struct FieldGradients {
   std::span<T> extinction_per_m;
@@ -36,13 +37,24 @@ struct FieldGradients {
 ///
 ///     pixel(row, j) += Σ_k Σ_{s in bin j} c_s,   c_s as in Integrator
 ///
-/// `pixels` is [n_rows × n_range] row-major and is added to. β⁰ is this sum times r_j Δθ / Δr.
-/// Vectorised float32; the instruction set is chosen at run time. Running optical depths and pixel sums
-/// are kept in double. Cost: about a nanosecond a segment.
+/// `pixels` is [n_rows × n_range] row-major and is added to. β⁰ is this sum times r_j Δθ / Δr. A segment
+/// whose bin is n_range or more, kNoBin among them, attenuates only.
+///
+/// float32 in and double in between: pixels are within 2e-8 (relative) of the oracle's at every optical
+/// depth, transmittances below e^−104 are 0, and any finite non-negative input, products beyond float32
+/// included, gives a finite non-negative image. Vectorised; the instruction set is chosen at run time and
+/// does not change a bit of the result. Throws UsageError where arrays do not belong together.
+/// Cost: 6 to 8 cycles a segment with AVX-512, 7 to 10 with AVX2, `midpoint` and `paper` half of that.
 void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                Integrator integrator, int n_range, std::span<double> pixels);
 
-/// Adjoint of integrate(): given ∂L/∂pixel, writes (does not add) ∂L/∂κ⁺, ∂L/∂κ⁻ and ∂L/∂source.
+/// Adjoint of integrate(): given ∂L/∂pixel, writes (does not add) ∂L/∂κ⁺, ∂L/∂κ⁻ and ∂L/∂source. With g
+/// the gradient of a segment's pixel, 0 where it has none:
+///
+///     ∂L/∂source_s = g_s ∂c_s/∂source_s
+///     ∂L/∂x_s      = g_s ∂c_s/∂x_s − Σ_{s′>s} g_{s′} c_{s′},     ∂L/∂κ± = ℓ_s ∂L/∂x_s
+///
+/// Derivatives beyond float32 saturate at its largest number. Cost: 1.2 to 1.5 times the forward pass.
 /// Rays are independent, so disjoint ranges of rays may be given to different threads.
 void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                        Integrator integrator, int n_range, std::span<const double> pixel_gradients,

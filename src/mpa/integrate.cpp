@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/mpa/integrate.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "check_spans.h"
+#include "kernel.h"
+
+namespace sarnerf {
+namespace {
+
+KernelInput kernel_input(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
+                         Integrator integrator, int n_range) {
+  return {segments.ray_begin.data(),
+          segments.ray_row.data(),
+          segments.bin.data(),
+          segments.length_m.data(),
+          field.extinction_per_m.data(),
+          field.extinction_back_per_m.empty() ? nullptr : field.extinction_back_per_m.data(),
+          field.source.data(),
+          segments.ray_row.size(),
+          static_cast<std::size_t>(n_range),
+          integrator,
+          field.form == SourceForm::brightness};
+}
+
+/// Segments of the longest block, in whole cache lines.
+std::size_t scratch_stride(const SegmentSpans<float>& segments) {
+  std::size_t longest = std::min(kBlockSegments, segments.bin.size());
+  for (std::size_t ray = 0; ray < segments.ray_row.size(); ++ray) {
+    longest = std::max<std::size_t>(longest, segments.ray_begin[ray + 1] - segments.ray_begin[ray]);
+  }
+  return (longest + 7) / 8 * 8;
+}
+
+void expect_available(InstructionSet set) {
+  if (set > best_instruction_set()) {
+    throw UsageError("this processor, or this build, has no " + std::string(name(set)) +
+                     " kernels; the best one is " + std::string(name(best_instruction_set())));
+  }
+}
+
+}  // namespace
+
+InstructionSet best_instruction_set() {
+#ifdef SARNERF_X86_KERNELS
+  static const InstructionSet best = [] {
+    __builtin_cpu_init();
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
+      return InstructionSet::baseline;
+    }
+    const bool has_512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
+    return has_512 ? InstructionSet::avx512 : InstructionSet::avx2;
+  }();
+  return best;
+#else
+  return InstructionSet::baseline;
+#endif
+}
+
+std::string_view name(InstructionSet set) {
+  switch (set) {
+    case InstructionSet::baseline: return "baseline";
+    case InstructionSet::avx2: return "avx2";
+    case InstructionSet::avx512: return "avx512";
+  }
+  return "unknown";
+}
+
+void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
+               Integrator integrator, int n_range, std::span<double> pixels, InstructionSet set) {
+  expect_available(set);
+  check_spans(segments, field, n_range, pixels.size());
+  const KernelInput in = kernel_input(segments, field, integrator, n_range);
+  const std::size_t stride = scratch_stride(segments);
+  std::vector<double> scratch(kScratchArrays * stride);
+  switch (set) {
+    case InstructionSet::baseline:
+      return kernel_baseline::integrate(in, stride, scratch.data(), pixels.data());
+#ifdef SARNERF_X86_KERNELS
+    case InstructionSet::avx2:
+      return kernel_avx2::integrate(in, stride, scratch.data(), pixels.data());
+    case InstructionSet::avx512:
+      return kernel_avx512::integrate(in, stride, scratch.data(), pixels.data());
+#else
+    default: return;
+#endif
+  }
+}
+
+void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
+                       Integrator integrator, int n_range, std::span<const double> pixel_gradients,
+                       const FieldGradients<float>& gradients, InstructionSet set) {
+  expect_available(set);
+  check_spans(segments, field, n_range, pixel_gradients.size());
+  check_gradients(field, gradients);
+  const KernelInput in = kernel_input(segments, field, integrator, n_range);
+  const KernelGradients out{
+      gradients.extinction_per_m.data(),
+      in.extinction_back_per_m ? gradients.extinction_back_per_m.data() : nullptr,
+      gradients.source.data()};
+  const std::size_t stride = scratch_stride(segments);
+  std::vector<double> scratch(kScratchArrays * stride);
+  switch (set) {
+    case InstructionSet::baseline:
+      return kernel_baseline::integrate_adjoint(in, stride, scratch.data(), pixel_gradients.data(),
+                                                out);
+#ifdef SARNERF_X86_KERNELS
+    case InstructionSet::avx2:
+      return kernel_avx2::integrate_adjoint(in, stride, scratch.data(), pixel_gradients.data(), out);
+    case InstructionSet::avx512:
+      return kernel_avx512::integrate_adjoint(in, stride, scratch.data(), pixel_gradients.data(),
+                                              out);
+#else
+    default: return;
+#endif
+  }
+}
+
+void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
+               Integrator integrator, int n_range, std::span<double> pixels) {
+  integrate(segments, field, integrator, n_range, pixels, best_instruction_set());
+}
+
+void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
+                       Integrator integrator, int n_range, std::span<const double> pixel_gradients,
+                       const FieldGradients<float>& gradients) {
+  integrate_adjoint(segments, field, integrator, n_range, pixel_gradients, gradients,
+                    best_instruction_set());
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: Apache-2.0
+#define SARNERF_KERNEL_NAMESPACE kernel_avx512
+#include "kernel_body.h"
