@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// sar_bench: what a render costs, beside what it must cost at least, and what accuracy that buys.
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iostream>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "studies.h"
+
+namespace {
+
+using sarnerf::bench::StudyOptions;
+
+struct Options {
+  StudyOptions study;
+  std::string up = "y";
+  std::string json_file;
+  int threads = sarnerf::default_thread_count();
+  bool quick = false;
+};
+
+void add_common(CLI::App& command, Options& o) {
+  command.add_option("scenes", o.study.scene_files,
+                     "Scene files; without any, generated spheres of 1 and 100 thousand triangles");
+  command.add_option("--scale", o.study.load.scale, "Factor on the scenes' coordinates")->capture_default_str();
+  command.add_option("--up", o.up, "Axis that points up in the files")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->capture_default_str();
+  command.add_option("--materials", o.study.load.materials_file, "Materials JSON file");
+  command.add_option("--rounds", o.study.rounds, "Counted runs of each contender")
+      ->check(CLI::Range(3, 1000))
+      ->capture_default_str();
+  command.add_option("--threads", o.threads, "Threads of the studies that use several")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_option("--json", o.json_file, "Write the result to this file, too");
+}
+
+nlohmann::json run_speed(const Options& o) {
+  using namespace sarnerf::bench;
+  const auto announce = [](const char* what) { std::cerr << "sar_bench: " << what << "...\n"; };
+  nlohmann::json result{{"environment", environment()}};
+  announce("engine against bare Embree");
+  result["engine"] = study_engine(o.study);
+  announce("integrators");
+  result["integrators"] = study_integrators(o.study);
+  if (!o.study.scene_files.empty()) {
+    announce("360-view sweeps");
+    result["sweep"] = study_sweep(o.study);
+  }
+  if (o.quick) return result;
+  announce("12 thousand and 1.2 million triangles");
+  result["triangles"] = study_triangles(o.study);
+  const sarnerf::ThreadLimit limit(o.threads);
+  announce("1024 x 1024 image of a million triangles");
+  result["large_image"] = study_large_image(o.study);
+  return result;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Measures sarnerf: error and time, as ratios in one run, with their spread. The result "
+               "is JSON on standard output.");
+  app.require_subcommand(1);
+  Options o;
+  CLI::App* speed = app.add_subcommand(
+      "speed", "Cost of tracing and deposit beside bare Embree, of sweeps, of meshes' sizes, of memory");
+  add_common(*speed, o);
+  speed->add_flag("--quick", o.quick, "Leave out the studies that take minutes");
+  speed->add_option("--render-flags", o.study.render_flags,
+                    "More flags for the sweeps' sar_render, as one string");
+  CLI::App* accuracy = app.add_subcommand(
+      "accuracy", "Error against time over elevation rays and sub-rows, each scene");
+  add_common(*accuracy, o);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "sar_bench: " << error.what() << " (see --help)\n";
+    return 2;
+  }
+  o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
+  if (o.quick) o.study.rounds = std::min(o.study.rounds, 5);
+  nlohmann::json result;
+  if (speed->parsed()) {
+    result = run_speed(o);
+  } else {
+    result = {{"environment", sarnerf::bench::environment()},
+              {"accuracy", sarnerf::bench::study_accuracy(o.study)}};
+  }
+  std::cout << result.dump(1) << '\n';
+  if (!o.json_file.empty() && !(std::ofstream(o.json_file) << result.dump(1) << '\n')) {
+    throw sarnerf::Error("cannot write " + o.json_file);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const sarnerf::InputError& error) {
+    std::cerr << "sar_bench: " << error.what() << '\n';
+    return 3;
+  } catch (const sarnerf::UsageError& error) {
+    std::cerr << "sar_bench: " << error.what() << '\n';
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << "sar_bench: " << error.what() << '\n';
+    return 1;
+  }
+}

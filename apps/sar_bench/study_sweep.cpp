@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
+#include <filesystem>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "studies.h"
+#include "timing.h"
+
+namespace sarnerf::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string quoted(const fs::path& path) {
+  std::string text = "'";
+  for (const char c : path.string()) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// sar_render of the same build or installation.
+fs::path find_sar_render() {
+  const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
+  for (const fs::path& place : {here / "sar_render", here / ".." / "sar_render" / "sar_render"}) {
+    if (fs::exists(place)) return fs::weakly_canonical(place);
+  }
+  throw Error("sar_render is not beside sar_bench in " + here.string() +
+              ": build it, or install both");
+}
+
+}  // namespace
+
+nlohmann::json study_sweep(const StudyOptions& options) {
+  const fs::path program = find_sar_render();
+  const fs::path folder =
+      fs::temp_directory_path() / ("sar_bench_sweep_" + std::to_string(std::rand()));
+  nlohmann::json results = nlohmann::json::array();
+  for (const std::string& file : options.scene_files) {
+    const std::string command = quoted(program) + " " + quoted(fs::absolute(file)) +
+                                " --pitch 45 --azimuth 0:359:1 --size 128x128 --spacing 0.3 -q " +
+                                options.render_flags + " -o " + quoted(folder) + " > /dev/null";
+    const auto sweep = [&] {
+      fs::remove_all(folder);
+      if (std::system(command.c_str()) != 0) throw Error("this command failed: " + command);
+    };
+    const auto times = run_in_turn({sweep}, std::min(options.rounds, 7));
+    results.push_back({{"scene", fs::path(file).stem().string()},
+                       {"views", 360},
+                       {"threads", thread_count()},
+                       {"seconds", {{"median", times[0].median()},
+                                    {"quartiles", {times[0].quantile(0.25), times[0].quantile(0.75)}},
+                                    {"runs", times[0].seconds.size()}}}});
+  }
+  fs::remove_all(folder);
+  return results;
+}
+
+}  // namespace sarnerf::bench
