@@ -56,7 +56,11 @@ class MaterialLibrary {
   void add(Material material);
 
   const Material* find(std::string_view name) const;
-  std::vector<std::string> names() const;
+
+  /// As find(); throws InputError with `where`, the known names and the closest one when there is none.
+  const Material& require(std::string_view name, const std::string& where) const;
+
+  std::vector<std::string> names() const;  ///< sorted
 
  private:
   std::vector<Material> materials_;

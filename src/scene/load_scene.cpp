@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "material_binding.h"
+#include "readers.h"
+#include "repair.h"
+#include "sarnerf/core/error.h"
+#include "scene_checks.h"
+#include "scene_file.h"
+#include "text.h"
+
+namespace sarnerf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+bool is_scene_file(const std::filesystem::path& path) {
+  return path.extension() == ".json" || path.extension() == ".JSON";
+}
+
+/// A single mesh file is a scene of one entry, described by the options.
+SceneFile describe(const std::filesystem::path& path, const LoadOptions& options) {
+  SceneFile file;
+  if (is_scene_file(path)) {
+    if (options.up != UpAxis::y || options.units_m != 1.0 || options.scale != 1.0) {
+      throw UsageError(path.string() + ": --up, --units and --scale describe a mesh file; in a scene file "
+                       "write \"up\", \"units\" and \"scale\" beside each mesh");
+    }
+    file = read_scene_file(path);
+  } else {
+    MeshEntry entry;
+    entry.file = path;
+    entry.place = path.string();
+    entry.up = options.up;
+    entry.metres_per_unit = options.units_m * options.scale;
+    file.meshes.push_back(std::move(entry));
+  }
+  if (!options.materials_file.empty()) {
+    file.library.add_file(options.materials_file);
+    file.materials_source = options.materials_file.string();
+  }
+  if (options.ground_material == "none") {
+    file.ground.reset();
+  } else if (options.ground_material) {
+    file.ground = GroundEntry{*options.ground_material,
+                              file.ground ? file.ground->height_m : std::nullopt, "--ground"};
+  }
+  if (file.ground && options.ground_height_m) file.ground->height_m = options.ground_height_m;
+  return file;
+}
+
+void require_meaning(const LoadOptions& options) {
+  for (const auto& [value, name] : {std::pair(options.units_m, "--units"),
+                                    std::pair(options.scale, "--scale")}) {
+    if (!(value > 0.0) || !std::isfinite(value)) {
+      throw UsageError(std::string(name) + ": expected a number above 0, found " + number_text(value));
+    }
+  }
+  if (options.ground_height_m && !std::isfinite(*options.ground_height_m)) {
+    throw UsageError("--ground-height: expected a finite number, found " +
+                     number_text(*options.ground_height_m));
+  }
+}
+
+/// Appends the meshes of a scene one by one.
+class Assembly {
+ public:
+  Assembly(const SceneFile& file, const LoadOptions& options)
+      : file_(file), options_(options), binding_(file, scene_.report) {}
+
+  void add(const MeshEntry& entry) {
+    options_.monitor.check();
+    const std::string name = entry.file.filename().string();
+    const std::string prefix = file_.meshes.size() > 1 ? name + ": " : "";
+    TriangleSoup soup = read(entry, prefix);
+
+    const Clock::time_point start = Clock::now();
+    binding_.bind(entry, soup);
+    const NameTable groups = soup.groups;
+    RepairCounts counts;
+    RepairedMesh mesh = repair_mesh(std::move(soup), media(), options_.repair, options_.monitor, counts);
+    for (std::string& note : repair_notes(counts, prefix)) {
+      scene_.report.notes.push_back(std::move(note));
+    }
+    if (mesh.triangles.empty()) {
+      throw InputError(entry.file.string() + ": expected triangles with area, found none; export it again");
+    }
+    warn_about_open_media(entry, mesh);
+    append(entry, std::move(mesh), groups);
+    scene_.report.repair_s += seconds_since(start);
+  }
+
+  Scene finish() {
+    if (file_.ground) {
+      const GroundEntry& ground = *file_.ground;
+      scene_.ground = Ground{binding_.require(ground.material, ground.place),
+                             ground.height_m.value_or(scene_.box.empty() ? 0.0 : scene_.box.min.y)};
+      if (!binding_.materials()[scene_.ground->material].opaque) {
+        throw InputError(ground.place + ": the material " + in_quotes(ground.material) +
+                         " is translucent, and the ground has no far side; choose an opaque one");
+      }
+    }
+    scene_.groups = groups_.names();
+    scene_.materials = binding_.materials();
+    warn_about_size(scene_);
+    return std::move(scene_);
+  }
+
+ private:
+  TriangleSoup read(const MeshEntry& entry, const std::string& prefix) {
+    const Clock::time_point start = Clock::now();
+    MemoryBudget budget(options_.max_memory_bytes);
+    budget.add_kept(MemoryBudget::mesh_bytes(scene_.mesh.vertices_m.size(), scene_.mesh.triangles.size()));
+    const std::string bytes = read_file(entry.file, budget);
+    budget.add_kept(bytes.size());
+    TriangleSoup soup = read_mesh(
+        entry.file, MeshSource{bytes, entry.file.string(), budget, options_.monitor});
+    scene_.report.read_s += seconds_since(start);
+
+    if (soup.n_ignored_faces > 0) {
+      scene_.report.notes.push_back(prefix + "passed over " +
+                                    counted(soup.n_ignored_faces, "face", "faces") +
+                                    " of fewer than three corners");
+    }
+    if (soup.n_tangled_faces > 0) {
+      scene_.report.warnings.push_back(
+          prefix + counted(soup.n_tangled_faces, "polygon crosses", "polygons cross") +
+          " their own outline and may be cut the wrong way; triangulate the mesh where it was made");
+    }
+    require_reach(entry, soup);
+    return soup;
+  }
+
+  /// 0 for opaque materials, another number for each translucent one.
+  std::vector<std::uint32_t> media() const {
+    std::vector<std::uint32_t> media;
+    for (std::uint32_t m = 0; m < binding_.materials().size(); ++m) {
+      media.push_back(binding_.materials()[m].opaque ? 0 : m + 1);
+    }
+    return media;
+  }
+
+  void warn_about_open_media(const MeshEntry& entry, const RepairedMesh& mesh) {
+    std::vector<std::uint64_t> n_open(binding_.materials().size(), 0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (!mesh.closed[mesh.piece[t]]) ++n_open[mesh.material[t]];
+    }
+    for (std::size_t m = 0; m < n_open.size(); ++m) {
+      const Material& material = binding_.materials()[m];
+      if (material.opaque || n_open[m] == 0) continue;
+      scene_.report.warnings.push_back(
+          entry.file.filename().string() + ": " + counted(n_open[m], "face", "faces") +
+          " of the translucent material " + in_quotes(material.name) +
+          " bound no volume and stay invisible; close them, or choose an opaque material");
+    }
+  }
+
+  void append(const MeshEntry& entry, RepairedMesh mesh, const NameTable& groups) {
+    const auto first_vertex = static_cast<std::uint32_t>(scene_.mesh.vertices_m.size());
+    const auto first_piece = static_cast<std::uint32_t>(scene_.pieces.size());
+    const auto object = static_cast<std::uint32_t>(scene_.objects.size());
+    if (scene_.mesh.vertices_m.size() + mesh.vertices.size() >
+        std::numeric_limits<std::uint32_t>::max()) {
+      throw InputError(entry.place + ": the meshes together have more than 4,294,967,295 vertices");
+    }
+    scene_.objects.push_back({entry.file.filename().string(), rigid_inverse(entry.world_from_object)});
+    for (const bool closed : mesh.closed) scene_.pieces.push_back({closed, object});
+
+    const glm::dmat3 axes(world_from_axes(entry.up));
+    for (glm::dvec3& v : mesh.vertices) {
+      const glm::dvec3 object_m = axes * (v * entry.metres_per_unit);
+      v = glm::dvec3(entry.world_from_object * glm::dvec4(object_m, 1.0));
+    }
+    for (glm::uvec3& t : mesh.triangles) {
+      for (int c = 0; c < 3; ++c) scene_.box.include(mesh.vertices[t[c]]);
+      t += first_vertex;
+    }
+    std::vector<std::uint32_t> group_of;
+    for (const std::string& name : groups.names()) group_of.push_back(groups_.index(name));
+    for (std::uint32_t& g : mesh.group) g = group_of[g];
+    for (std::uint32_t& p : mesh.piece) p += first_piece;
+
+    const auto extend = [](auto& all, auto& more) {
+      if (all.empty()) {
+        all = std::move(more);
+      } else {
+        all.insert(all.end(), more.begin(), more.end());
+      }
+    };
+    extend(scene_.mesh.vertices_m, mesh.vertices);
+    extend(scene_.mesh.triangles, mesh.triangles);
+    extend(scene_.mesh.material, mesh.material);
+    extend(scene_.mesh.piece, mesh.piece);
+    extend(scene_.mesh.group, mesh.group);
+  }
+
+  static glm::dmat4 rigid_inverse(const glm::dmat4& placement) {
+    const glm::dmat3 turned_back = glm::transpose(glm::dmat3(placement));
+    glm::dmat4 inverse(turned_back);
+    inverse[3] = glm::dvec4(-(turned_back * glm::dvec3(placement[3])), 1.0);
+    return inverse;
+  }
+
+  const SceneFile& file_;
+  const LoadOptions& options_;
+  Scene scene_;
+  MaterialBinding binding_;
+  NameTable groups_;
+};
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) {
+  require_meaning(options);
+  const SceneFile file = describe(path, options);
+  if (file.meshes.empty() && !file.ground) {
+    throw InputError(path.string() + ": expected a mesh or a ground, found neither; add one to \"meshes\"");
+  }
+  Assembly assembly(file, options);
+  for (const MeshEntry& entry : file.meshes) assembly.add(entry);
+  return assembly.finish();
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "material_json.h"
+#include "readers.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/scene/material.h"
+#include "text.h"
+
+namespace sarnerf {
+
+MaterialLibrary::MaterialLibrary() : materials_(builtin_materials()) {}
+
+void MaterialLibrary::add_file(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  const nlohmann::json json = parse_json(read_file(path, MemoryBudget{}), name);
+  const JsonView document(json, name);
+  document.only_keys({"format", "version", "materials"});
+  document.require_format("sarnerf-materials", 1);
+  for (Material& material : parse_materials(document.at("materials"))) add(std::move(material));
+}
+
+void MaterialLibrary::add_json(std::string_view json_text, const std::string& where) {
+  const nlohmann::json json = parse_json(json_text, where);
+  for (Material& material : parse_materials(JsonView(json, where))) add(std::move(material));
+}
+
+void MaterialLibrary::add(Material material) {
+  const auto same = std::find_if(materials_.begin(), materials_.end(),
+                                 [&](const Material& m) { return m.name == material.name; });
+  if (same == materials_.end()) {
+    materials_.push_back(std::move(material));
+  } else {
+    *same = std::move(material);
+  }
+}
+
+const Material* MaterialLibrary::find(std::string_view name) const {
+  const auto found = std::find_if(materials_.begin(), materials_.end(),
+                                  [&](const Material& m) { return m.name == name; });
+  return found == materials_.end() ? nullptr : &*found;
+}
+
+const Material& MaterialLibrary::require(std::string_view name, const std::string& where) const {
+  if (const Material* found = find(name)) return *found;
+  const std::vector<std::string> known = names();
+  const std::string close = closest_name(name, known);
+  throw InputError(where + ": unknown material " + in_quotes(name) +
+                   (close.empty() ? "" : " (" + close + "?)") + "; known are: " + listed(known));
+}
+
+std::vector<std::string> MaterialLibrary::names() const {
+  std::vector<std::string> names;
+  for (const Material& material : materials_) names.push_back(material.name);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace sarnerf

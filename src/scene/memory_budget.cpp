@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "memory_budget.h"
+
+#include <algorithm>
+
+#include "sarnerf/core/error.h"
+#include "text.h"
+
+namespace sarnerf {
+namespace {
+
+// Peak of reading and repair, measured (see the scene's tests by hand in docs/materials.md's neighbour).
+constexpr std::uint64_t kPeakPerVertex = 220;
+constexpr std::uint64_t kPeakPerTriangle = 260;
+
+[[noreturn]] void refuse(const std::string& name, const std::string& what, std::uint64_t needed,
+                         std::uint64_t limit, const std::string& fits) {
+  throw UsageError(name + ": " + what + " needs about " + human_bytes(needed) +
+                   " of memory, but --max-memory allows " + human_bytes(limit) + fits);
+}
+
+}  // namespace
+
+std::uint64_t MemoryBudget::mesh_bytes(std::uint64_t n_vertices, std::uint64_t n_triangles) {
+  return 24 * n_vertices + 24 * n_triangles;
+}
+
+void MemoryBudget::require_file(std::uint64_t bytes, const std::string& name) const {
+  if (limit_bytes_ == 0 || kept_bytes_ + bytes <= limit_bytes_) return;
+  refuse(name, "holding the file", kept_bytes_ + bytes, limit_bytes_,
+         "; raise it, or store the mesh as binary PLY, which is a third of the size of text");
+}
+
+void MemoryBudget::require_mesh(std::uint64_t n_vertices, std::uint64_t n_triangles,
+                                const std::string& name) const {
+  if (limit_bytes_ == 0) return;
+  const std::uint64_t needed =
+      kept_bytes_ + kPeakPerVertex * n_vertices + kPeakPerTriangle * n_triangles;
+  if (needed <= limit_bytes_) return;
+  const std::uint64_t available = limit_bytes_ - std::min(kept_bytes_, limit_bytes_);
+  // A closed mesh has half as many vertices as triangles.
+  const std::uint64_t fits = available / (kPeakPerTriangle + kPeakPerVertex / 2);
+  refuse(name,
+         "reading and repairing " + counted(n_triangles, "triangle", "triangles") + " on " +
+             counted(n_vertices, "vertex", "vertices"),
+         needed, limit_bytes_,
+         ", enough for about " + counted(fits, "triangle", "triangles") +
+             "; raise it or use a coarser mesh");
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "reader_common.h"
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <limits>
+#include <system_error>
+
+#include "sarnerf/core/error.h"
+#include "text.h"
+
+namespace sarnerf {
+namespace {
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+using Reader = TriangleSoup (*)(const MeshSource&);
+
+Reader reader_of(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".obj") return read_obj;
+  if (extension == ".ply") return read_ply;
+  if (extension == ".stl") return read_stl;
+  if (extension == ".off") return read_off;
+  return nullptr;
+}
+
+}  // namespace
+
+void fail(const MeshSource& source, const std::string& message) {
+  throw InputError(source.name + ": " + message);
+}
+
+void fail_at_line(const MeshSource& source, std::uint64_t line, const std::string& message) {
+  throw InputError(source.name + ":" + std::to_string(line) + ": " + message);
+}
+
+void require_countable(const MeshSource& source, std::uint64_t n_vertices) {
+  if (n_vertices > std::numeric_limits<std::uint32_t>::max()) {
+    fail(source, with_thousands(n_vertices) + " vertices, but at most 4,294,967,295 can be told apart; "
+                 "cut the mesh into several files and list them in a scene file");
+  }
+}
+
+TriangleSoup with_triangles(const MeshSource& source, TriangleSoup soup) {
+  if (!soup.triangles.empty()) return soup;
+  std::string found = counted(soup.vertices.size(), "vertex", "vertices");
+  if (soup.n_ignored_faces > 0) {
+    found += " and " + counted(soup.n_ignored_faces, "face", "faces") + " of fewer than three corners";
+  }
+  fail(source, "expected triangles, found " + found +
+                   " and no surface; point clouds need a mesh made from them first");
+}
+
+std::string not_finite(const glm::dvec3& vertex) {
+  return "expected a finite vertex, found (" + number_text(vertex.x) + ", " + number_text(vertex.y) +
+         ", " + number_text(vertex.z) + "); remove it and the faces that use it, or export again";
+}
+
+bool is_mesh_file(const std::filesystem::path& path) { return reader_of(path) != nullptr; }
+
+TriangleSoup read_mesh(const std::filesystem::path& path, const MeshSource& source) {
+  const Reader reader = reader_of(path);
+  if (reader == nullptr) {
+    fail(source, "expected a file ending in .obj, .ply, .stl, .off or .json, found " +
+                     in_quotes(path.extension().string()) + "; convert the mesh or rename the file");
+  }
+  return reader(source);
+}
+
+std::string read_file(const std::filesystem::path& path, const MemoryBudget& budget) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found) {
+    throw InputError(path.string() + ": no such file; check the path");
+  }
+  if (status.type() != std::filesystem::file_type::regular) {
+    throw InputError(path.string() + ": expected a file, found " +
+                     (std::filesystem::is_directory(status) ? "a folder" : "something else") +
+                     "; give the path of a mesh or of a .json scene");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) throw InputError(path.string() + ": cannot be read: " + error.message());
+  if (size == 0) throw InputError(path.string() + ": the file is empty; export it again");
+  budget.require_file(size, path.string());
+
+  std::string bytes(size, '\0');
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InputError(path.string() + ": cannot be opened; check its permissions");
+  file.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (static_cast<std::uintmax_t>(file.gcount()) != size) {
+    throw InputError(path.string() + ": expected " + with_thousands(size) + " bytes, could read " +
+                     with_thousands(static_cast<std::uint64_t>(file.gcount())));
+  }
+  return bytes;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene_checks.h"
+
+#include "sarnerf/core/error.h"
+#include "text.h"
+
+namespace sarnerf {
+namespace {
+
+constexpr double kFarthest_m = 1e12;
+constexpr double kSmallest_m = 0.05;
+constexpr double kLargest_m = 200'000.0;
+
+}  // namespace
+
+void require_reach(const MeshEntry& entry, const TriangleSoup& soup) {
+  for (const glm::dvec3& vertex : soup.vertices) {
+    const glm::dvec3 size = glm::abs(vertex) * entry.metres_per_unit;
+    if (glm::all(glm::lessThan(size, glm::dvec3(kFarthest_m)))) continue;
+    throw InputError(entry.file.string() + ": expected coordinates within " + number_text(kFarthest_m) +
+                     " m, found a vertex at (" + number_text(vertex.x) + ", " + number_text(vertex.y) +
+                     ", " + number_text(vertex.z) + ") in units of " +
+                     number_text(entry.metres_per_unit) + " m; correct it, or choose other --units");
+  }
+}
+
+void warn_about_size(Scene& scene) {
+  if (scene.box.empty()) return;
+  const double diagonal_m = glm::length(scene.box.size());
+  if (diagonal_m < kSmallest_m || diagonal_m > kLargest_m) {
+    const double rounded_m = static_cast<double>(static_cast<float>(diagonal_m));
+    scene.report.warnings.push_back(
+        std::string("the scene measures ") + number_text(rounded_m) +
+        " m from corner to corner, which is suspiciously " +
+        (diagonal_m < kSmallest_m ? "small" : "large") + "; set its units with --units or --scale");
+  }
+  if (scene.ground && scene.ground->height_m >= scene.box.max.y) {
+    scene.report.warnings.push_back("the ground at " + number_text(scene.ground->height_m) +
+                                    " m lies above the whole scene, whose top is at " +
+                                    number_text(scene.box.max.y) + " m, and hides it");
+  }
+}
+
+}  // namespace sarnerf

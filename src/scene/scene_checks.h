@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarnerf/scene/scene.h"
+#include "scene_file.h"
+#include "triangle_soup.h"
+
+namespace sarnerf {
+
+/// Throws InputError for coordinates so large that squares and volumes of them would overflow.
+void require_reach(const MeshEntry& entry, const TriangleSoup& soup);
+
+/// Warns of scenes that are probably in other units than was said, and of ground above everything.
+void warn_about_size(Scene& scene);
+
+}  // namespace sarnerf

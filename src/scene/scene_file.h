@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sarnerf/scene/scene.h"
+
+namespace sarnerf {
+
+/// One mesh file and how it is placed; what a `.json` scene says about it, or the command line.
+struct MeshEntry {
+  std::filesystem::path file;
+  std::string place;            ///< for messages: "street.json: meshes[2]"
+  UpAxis up = UpAxis::y;        ///< of the mesh file
+  double metres_per_unit = 1.0; ///< units and scale together
+  glm::dmat4 world_from_object{1.0};  ///< rigid; object coordinates are metres with Y up
+  std::optional<std::string> material;           ///< for faces that `materials` does not name
+  std::map<std::string, std::string> materials;  ///< material or group of the file → library name
+};
+
+struct GroundEntry {
+  std::string material;
+  std::optional<double> height_m;
+  std::string place;
+};
+
+/// A scene before any mesh is read.
+struct SceneFile {
+  std::vector<MeshEntry> meshes;
+  std::optional<GroundEntry> ground;
+  MaterialLibrary library;
+  std::string materials_source;  ///< what the user gave beyond the built-in table; "" when nothing
+};
+
+/// Reads a "sarnerf-scene" JSON file, version 1:
+///
+///     {"format": "sarnerf-scene", "version": 1,
+///      "up": "y",                             axes of this file's own numbers, and of meshes without "up"
+///      "meshes": [{"file": "truck.obj",       relative to the scene file
+///                  "up": "z", "units": "cm",  m, cm, mm, km, in, ft, or metres per unit as a number
+///                  "scale": 2.5,              on top of the units
+///                  "rotate_deg": [0, 90, 0],  about the scene's x, then y, then z axis; or
+///                                             {"axis": [0, 1, 0], "angle": 90}
+///                  "translate_m": [1, 2, 3],  after the rotation
+///                  "material": "metal",       for all faces that "materials" does not name
+///                  "materials": {"body": "metal"}}],   material or group in the mesh → library name
+///      "materials_file": "more.json",         relative to the scene file
+///      "materials": {…},                      as in a materials file; wins over it
+///      "ground": {"material": "grass", "height_m": 0}}
+///
+/// Only "format", "version" and "meshes" are required; unknown keys are refused.
+SceneFile read_scene_file(const std::filesystem::path& path);
+
+/// The transform that turns `up`-axis coordinates into world coordinates (Y up).
+glm::dmat4 world_from_axes(UpAxis up);
+
+}  // namespace sarnerf

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+/// Wording shared by notes, warnings and errors.
+namespace sarnerf {
+
+/// 1234567 → "1,234,567".
+std::string with_thousands(std::uint64_t count);
+
+/// "1 face", "2,000 faces".
+std::string counted(std::uint64_t count, std::string_view singular, std::string_view plural);
+
+/// 1500000000 → "1.5 GB"; decimal units, three digits at most.
+std::string human_bytes(std::uint64_t bytes);
+
+/// Shortest text that reads back as the same number.
+std::string number_text(double value);
+
+/// "asphalt, brick, concrete"; after `limit` names "… (12 more)".
+std::string listed(std::span<const std::string> names, std::size_t limit = 40);
+
+/// The name that needs the fewest edits to become `name`, case ignored; empty when none comes close.
+std::string closest_name(std::string_view name, std::span<const std::string> names);
+
+/// Text of a file, cut and with control characters made visible, so that it fits into one line.
+std::string in_quotes(std::string_view text);
+
+}  // namespace sarnerf
