@@ -27,6 +27,12 @@ Appearance make_appearance(const Material& material, bool two_sided,
   return appearance;
 }
 
+/// Without a call into the mathematical library, which the baseline instruction set would need.
+std::int64_t floor_to_integer(double x) {
+  const auto truncated = static_cast<std::int64_t>(x);
+  return truncated - (x < static_cast<double>(truncated) ? 1 : 0);
+}
+
 }  // namespace
 
 PlacedChecker::PlacedChecker(const Texture& texture, const glm::dmat4& object_from_scene)
@@ -35,8 +41,8 @@ PlacedChecker::PlacedChecker(const Texture& texture, const glm::dmat4& object_fr
       contrast_(texture.contrast) {}
 
 float PlacedChecker::factor(const glm::dvec3& scene_m) const {
-  const glm::dvec3 cell = glm::floor(squares(scene_m));
-  const bool odd = std::fmod(cell.x + cell.y + cell.z, 2.0) != 0.0;
+  const glm::dvec3 p = squares(scene_m);
+  const bool odd = ((floor_to_integer(p.x) + floor_to_integer(p.y) + floor_to_integer(p.z)) & 1) != 0;
   return static_cast<float>(odd ? 1.0 - contrast_ : 1.0 + contrast_);
 }
 
