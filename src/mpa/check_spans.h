@@ -30,7 +30,11 @@ void check_spans(const SegmentSpans<T>& segments, const FieldSamples<T>& field, 
   if (!field.extinction_back_per_m.empty()) {
     expect_length(field.extinction_back_per_m.size(), n_segments, "extinction_back_per_m");
   }
-  expect_length(segments.ray_begin.back(), n_segments, "bin (by the last entry of ray_begin)");
+  // Rays may be a part of those that share the segments' arrays.
+  if (segments.ray_begin.back() > n_segments) {
+    throw UsageError("integrate: ray_begin ends at segment " +
+                     std::to_string(segments.ray_begin.back()) + " of " + std::to_string(n_segments));
+  }
   if (!std::is_sorted(segments.ray_begin.begin(), segments.ray_begin.end())) {
     throw UsageError("integrate: ray_begin must not decrease");
   }

@@ -28,7 +28,8 @@ KernelInput kernel_input(const SegmentSpans<float>& segments, const FieldSamples
 
 /// Segments of the longest block, in whole cache lines.
 std::size_t scratch_stride(const SegmentSpans<float>& segments) {
-  std::size_t longest = std::min(kBlockSegments, segments.bin.size());
+  std::size_t longest = std::min<std::size_t>(
+      kBlockSegments, segments.ray_begin.back() - segments.ray_begin.front());
   for (std::size_t ray = 0; ray < segments.ray_row.size(); ++ray) {
     longest = std::max<std::size_t>(longest, segments.ray_begin[ray + 1] - segments.ray_begin[ray]);
   }

@@ -83,6 +83,25 @@ TEST_CASE("a ray alone in a call and among others is the same ray, bit for bit")
   CHECK(apart == together);
 }
 
+TEST_CASE("a part of the rays is worked on beside the arrays of all") {
+  const Problem<float> p = random_problem(13, 60, 50, 2.0, true, SourceForm::scattering);
+  const std::vector<double> g(p.n_pixels(), 0.5);
+  std::vector<double> pixels(p.n_pixels(), 0.0);
+  GradientArrays<float> whole(p), parts(p);
+  integrate_adjoint(p.segments(), p.field(), Integrator::exact, p.n_range, g, whole.spans());
+  for (std::size_t first = 0; first < 60; first += 20) {
+    SegmentSpans<float> part = p.segments();
+    part.ray_begin = part.ray_begin.subspan(first, 21);
+    part.ray_row = part.ray_row.subspan(first, 20);
+    integrate(part, p.field(), Integrator::exact, p.n_range, pixels);
+    integrate_adjoint(part, p.field(), Integrator::exact, p.n_range, g, parts.spans());
+  }
+  CHECK(pixels == image(p, Integrator::exact));
+  CHECK(parts.source == whole.source);
+  CHECK(parts.extinction == whole.extinction);
+  CHECK(parts.extinction_back == whole.extinction_back);
+}
+
 TEST_CASE("cutting segments in two changes nothing under `exact`") {
   for (SourceForm form : kBothForms) {
     const Problem<double> whole = random_problem(9, 50, 40, 5.0, false, form).as<double>();

@@ -55,7 +55,8 @@ void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& f
 ///     ∂L/∂x_s      = g_s ∂c_s/∂x_s − Σ_{s′>s} g_{s′} c_{s′},     ∂L/∂κ± = ℓ_s ∂L/∂x_s
 ///
 /// Derivatives beyond float32 saturate at its largest number. Cost: 1.2 to 1.5 times the forward pass.
-/// Rays are independent, so disjoint ranges of rays may be given to different threads.
+/// Rays are independent: threads may take disjoint ranges of rays, as parts of ray_begin and ray_row beside
+/// the whole arrays of segments.
 void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                        Integrator integrator, int n_range, std::span<const double> pixel_gradients,
                        const FieldGradients<float>& gradients);

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+namespace sarnerf {
+
+/// Voxels along one side of a brick, and in a brick: OpenVDB's leaf nodes have the same.
+inline constexpr int kBrickSide = 8;
+inline constexpr int kBrickVoxels = kBrickSide * kBrickSide * kBrickSide;
+
+/// What BrickTopology::find() gives where there is no brick.
+inline constexpr std::uint32_t kNoBrick = 0xffffffffu;
+
+/// Brick that holds a voxel: division by 8 towards minus infinity.
+inline glm::ivec3 brick_of_voxel(const glm::ivec3& voxel) {
+  return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3};
+}
+
+/// Position of a voxel in its brick, [0, 512): z fastest, as in OpenVDB's leaf nodes.
+inline int offset_in_brick(const glm::ivec3& voxel) {
+  return ((voxel.x & 7) * kBrickSide + (voxel.y & 7)) * kBrickSide + (voxel.z & 7);
+}
+
+/// Where the bricks of a sparse grid are, without their values. Bricks are numbered in the order in
+/// which they were inserted; the number is the brick's place in every array of values over this
+/// topology.
+///
+/// Two levels: a hash table of tiles of 8³ bricks, each tile a table of brick numbers. Memory grows with
+/// occupied tiles, 2 KiB each, and not with the empty space between them. Any coordinate is allowed.
+class BrickTopology {
+ public:
+  /// Number of the brick, which is appended if it is new. Cost: a look-up, amortised.
+  std::uint32_t insert(const glm::ivec3& brick);
+
+  /// Number of the brick, or kNoBrick.
+  std::uint32_t find(const glm::ivec3& brick) const;
+
+  std::size_t n_bricks() const { return coordinates_.size(); }
+  const glm::ivec3& coordinate(std::uint32_t brick) const { return coordinates_[brick]; }
+
+  /// All of the index's memory, allocated or used.
+  std::size_t memory_bytes() const;
+
+ private:
+  static constexpr std::uint32_t kNoTile = 0xffffffffu;
+  using Tile = std::array<std::uint32_t, kBrickVoxels>;  // as many bricks as a brick has voxels
+
+  struct Slot {
+    glm::ivec3 tile{0};
+    std::uint32_t index = kNoTile;
+  };
+
+  std::size_t slot_of(const glm::ivec3& tile) const;
+  std::uint32_t insert_tile(const glm::ivec3& tile);
+
+  std::vector<Slot> slots_;  ///< open addressing, a power of two, at most half full
+  std::vector<Tile> tiles_;
+  std::vector<glm::ivec3> coordinates_;
+};
+
+}  // namespace sarnerf

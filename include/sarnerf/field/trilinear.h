@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarnerf/field/brick_grid.h"
+
+namespace sarnerf {
+
+/// Trilinear interpolation of all channels at points, 0 where there is no brick.
+///
+/// `points_m` [n_points] in the frame of the grid's transform; `samples` [n_points × n_channels]. A point
+/// that is not finite, or 2³⁰ voxels away, samples 0. Indices are formed in double, so that the result
+/// does not depend on how large a scene is; the rest is float32. Throws UsageError where lengths do not
+/// fit. Cost: dominated by memory; one brick look-up for 67 % of the points, up to eight at borders.
+void sample_trilinear(const BrickView<const float>& grid, std::span<const glm::vec3> points_m,
+                      std::span<float> samples);
+
+/// Adjoint of sample_trilinear(): adds to `grid_gradients` what ∂L/∂samples [n_points × n_channels] means
+/// for the voxels. What falls outside of the bricks is dropped. Several threads need values of their own,
+/// or bricks that they do not share.
+void scatter_trilinear(const BrickView<float>& grid_gradients, std::span<const glm::vec3> points_m,
+                       std::span<const float> sample_gradients);
+
+}  // namespace sarnerf

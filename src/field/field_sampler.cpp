@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/field/field_sampler.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "check_field.h"
+#include "sarnerf/field/trilinear.h"
+
+namespace sarnerf {
+namespace {
+
+/// Points whose interpolated channels stay in the first level cache between the two steps.
+constexpr std::size_t kBlockPoints = 256;
+
+/// Calls visit(harmonics of the ray, first, end) for the parts of [first, end) that lie on one ray.
+/// `ray` is that of the last part, for the next block to begin with.
+template <class Visit>
+void for_each_ray(const RayDirections& rays, int degree, std::size_t first, std::size_t end,
+                  std::size_t& ray, Visit&& visit) {
+  while (first < end) {
+    while (rays.ray_begin[ray + 1] <= first) ++ray;
+    const std::size_t ray_end = std::min<std::size_t>(end, rays.ray_begin[ray + 1]);
+    visit(spherical_harmonics(rays.ray_direction[ray], degree), first, ray_end);
+    first = ray_end;
+  }
+}
+
+}  // namespace
+
+void sample_field(const BrickView<const float>& grid, const FieldChannels& channels,
+                  std::span<const glm::vec3> points_m, const RayDirections& rays,
+                  const FieldPoints<float>& out) {
+  check_field(grid.n_channels, channels, rays, points_m.size(), out);
+  const auto n_channels = static_cast<std::size_t>(grid.n_channels);
+  const auto first_harmonic = static_cast<std::size_t>(channels.first_harmonic());
+  std::vector<float> samples(kBlockPoints * n_channels);
+  std::size_t ray = 0;
+  for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
+    const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
+    sample_trilinear(grid, points_m.subspan(begin, n), {samples.data(), n * n_channels});
+    for_each_ray(rays, channels.harmonics_degree, begin, begin + n, ray,
+                 [&](const auto& y, std::size_t first, std::size_t end) {
+      for (std::size_t s = first; s < end; ++s) {
+        const float* const sample = &samples[(s - begin) * n_channels];
+        float sum = 0.0f;
+        for (std::size_t m = first_harmonic; m < n_channels; ++m) sum += sample[m] * y[m - first_harmonic];
+        out.extinction_per_m[s] = sample[0];
+        if (channels.two_extinctions) out.extinction_back_per_m[s] = sample[1];
+        out.brightness[s] = std::max(0.0f, sum);
+      }
+    });
+  }
+}
+
+void sample_field_adjoint(const BrickView<float>& grid_gradients, const FieldChannels& channels,
+                          std::span<const glm::vec3> points_m, const RayDirections& rays,
+                          std::span<const float> brightness,
+                          const FieldPoints<const float>& point_gradients) {
+  check_field(grid_gradients.n_channels, channels, rays, points_m.size(), point_gradients);
+  expect_field_length(brightness.size(), points_m.size(), "brightness");
+  const auto n_channels = static_cast<std::size_t>(grid_gradients.n_channels);
+  const auto first_harmonic = static_cast<std::size_t>(channels.first_harmonic());
+  std::vector<float> gradients(kBlockPoints * n_channels);
+  std::size_t ray = 0;
+  for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
+    const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
+    for_each_ray(rays, channels.harmonics_degree, begin, begin + n, ray,
+                 [&](const auto& y, std::size_t first, std::size_t end) {
+      for (std::size_t s = first; s < end; ++s) {
+        float* const gradient = &gradients[(s - begin) * n_channels];
+        const float by_sum = brightness[s] > 0.0f ? point_gradients.brightness[s] : 0.0f;
+        gradient[0] = point_gradients.extinction_per_m[s];
+        if (channels.two_extinctions) gradient[1] = point_gradients.extinction_back_per_m[s];
+        for (std::size_t m = first_harmonic; m < n_channels; ++m) gradient[m] = by_sum * y[m - first_harmonic];
+      }
+    });
+    scatter_trilinear(grid_gradients, points_m.subspan(begin, n), {gradients.data(), n * n_channels});
+  }
+}
+
+}  // namespace sarnerf
