@@ -57,6 +57,21 @@ SceneFile describe(const std::filesystem::path& path, const LoadOptions& options
   return file;
 }
 
+/// Everything that was read, each file once.
+std::vector<std::filesystem::path> files_of(const std::filesystem::path& path, const SceneFile& file,
+                                            const LoadOptions& options) {
+  std::vector<std::filesystem::path> files{path};
+  const auto add = [&](const std::filesystem::path& more) {
+    if (!more.empty() && std::find(files.begin(), files.end(), more) == files.end()) {
+      files.push_back(more);
+    }
+  };
+  for (const MeshEntry& entry : file.meshes) add(entry.file);
+  add(file.materials_file);
+  add(options.materials_file);
+  return files;
+}
+
 void require_meaning(const LoadOptions& options) {
   for (const auto& [value, name] : {std::pair(options.units_m, "--units"),
                                     std::pair(options.scale, "--scale")}) {
@@ -183,9 +198,12 @@ class Assembly {
       for (int c = 0; c < 3; ++c) scene_.box.include(mesh.vertices[t[c]]);
       t += first_vertex;
     }
-    std::vector<std::uint32_t> group_of;
-    for (const std::string& name : groups.names()) group_of.push_back(groups_.index(name));
-    for (std::uint32_t& g : mesh.group) g = group_of[g];
+    constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> group_of(groups.names().size(), kUnused);
+    for (std::uint32_t& g : mesh.group) {
+      if (group_of[g] == kUnused) group_of[g] = groups_.index(groups[g]);
+      g = group_of[g];
+    }
     for (std::uint32_t& p : mesh.piece) p += first_piece;
 
     const auto extend = [](auto& all, auto& more) {
@@ -226,7 +244,9 @@ Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) 
   }
   Assembly assembly(file, options);
   for (const MeshEntry& entry : file.meshes) assembly.add(entry);
-  return assembly.finish();
+  Scene scene = assembly.finish();
+  scene.report.files = files_of(path, file, options);
+  return scene;
 }
 
 }  // namespace sarnerf

@@ -116,7 +116,8 @@ SceneFile read_scene_file(const std::filesystem::path& path) {
     scene.meshes.push_back(parse_mesh(mesh, path.parent_path(), scene_up));
   }
   if (const auto file = document.find("materials_file")) {
-    scene.library.add_file(path.parent_path() / file->text());
+    scene.materials_file = path.parent_path() / file->text();
+    scene.library.add_file(scene.materials_file);
     scene.materials_source = file->text();
   }
   if (const auto materials = document.find("materials")) {

@@ -34,6 +34,7 @@ struct SceneFile {
   std::vector<MeshEntry> meshes;
   std::optional<GroundEntry> ground;
   MaterialLibrary library;
+  std::filesystem::path materials_file;  ///< that the scene file names; empty when none
   std::string materials_source;  ///< what the user gave beyond the built-in table; "" when nothing
 };
 
