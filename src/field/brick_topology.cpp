@@ -60,6 +60,14 @@ std::uint32_t BrickTopology::find(const glm::ivec3& brick) const {
   return tiles_[slot.index][static_cast<std::size_t>(offset_in_brick(brick))];
 }
 
+void BrickFinder::go_to_tile(const glm::ivec3& tile) {
+  tile_ = tile;
+  numbers_ = nullptr;
+  if (topology_.slots_.empty()) return;
+  const BrickTopology::Slot& slot = topology_.slots_[topology_.slot_of(tile)];
+  if (slot.index != BrickTopology::kNoTile) numbers_ = &topology_.tiles_[slot.index];
+}
+
 std::size_t BrickTopology::memory_bytes() const {
   return slots_.capacity() * sizeof(Slot) + tiles_.capacity() * sizeof(Tile) +
          coordinates_.capacity() * sizeof(glm::ivec3);

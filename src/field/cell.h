@@ -15,13 +15,27 @@ struct Cell {
   bool valid = false;  ///< the point is finite and within 2³⁰ voxels
 };
 
-inline Cell cell_at(const GridTransform& transform, const glm::dvec3& point_m) {
-  constexpr double kFar = 1073741824.0;
-  const glm::dvec3 index = transform.index_from_world(point_m);
-  if (!(std::abs(index.x) < kFar && std::abs(index.y) < kFar && std::abs(index.z) < kFar)) return {};
-  const glm::dvec3 low = glm::floor(index);
-  return {glm::ivec3(low), index - low, true};
-}
+/// Finds cells of points. Multiplies by the inverse of the voxel size: divisions would cost as much as the
+/// rest of a sample.
+class CellFinder {
+ public:
+  explicit CellFinder(const GridTransform& transform)
+      : origin_m_(transform.origin_m), voxels_per_m_(1.0 / transform.voxel_size_m) {}
+
+  Cell at(const glm::dvec3& point_m) const {
+    constexpr double kFar = 1073741824.0;
+    const glm::dvec3 index = (point_m - origin_m_) * voxels_per_m_;
+    if (!(std::abs(index.x) < kFar && std::abs(index.y) < kFar && std::abs(index.z) < kFar)) return {};
+    // Towards minus infinity, without the call that std::floor is on processors before SSE 4.1.
+    glm::ivec3 low(index);
+    for (int axis = 0; axis < 3; ++axis) low[axis] -= index[axis] < low[axis] ? 1 : 0;
+    return {low, index - glm::dvec3(low), true};
+  }
+
+ private:
+  glm::dvec3 origin_m_;
+  double voxels_per_m_;
+};
 
 /// Corner n of a cell is at voxel + corner_step(n): z in the lowest bit, as voxels lie in memory.
 inline glm::ivec3 corner_step(int n) { return {n >> 2 & 1, n >> 1 & 1, n & 1}; }

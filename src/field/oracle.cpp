@@ -4,23 +4,24 @@
 #include <algorithm>
 #include <vector>
 
-#include "cell.h"
 #include "check_field.h"
 
 namespace sarnerf::oracle {
 namespace {
 
-/// Calls visit(weight, channels of the voxel) for the corners of a point's cell that exist.
+/// Calls visit(weight, channels of the voxel) for the corners of a point's cell that exist. Points must be
+/// finite and within 2³¹ voxels.
 template <class T, class Visit>
 void for_each_corner(const BrickView<T>& grid, const glm::dvec3& point_m, Visit&& visit) {
-  const Cell cell = cell_at(grid.transform, point_m);
-  if (!cell.valid) return;
+  const glm::dvec3 index = grid.transform.index_from_world(point_m);
+  const glm::dvec3 low = glm::floor(index);
+  const glm::dvec3 fraction = index - low;
   for (int n = 0; n < 8; ++n) {
-    const glm::ivec3 step = corner_step(n);
-    const glm::ivec3 voxel = cell.voxel + step;
+    const glm::ivec3 step(n >> 2 & 1, n >> 1 & 1, n & 1);
+    const glm::ivec3 voxel = glm::ivec3(low) + step;
     double weight = 1.0;
     for (int axis = 0; axis < 3; ++axis) {
-      weight *= step[axis] ? cell.fraction[axis] : 1.0 - cell.fraction[axis];
+      weight *= step[axis] ? fraction[axis] : 1.0 - fraction[axis];
     }
     const std::uint32_t brick = grid.topology->find(brick_of_voxel(voxel));
     if (brick != kNoBrick) visit(weight, grid.voxel(brick, offset_in_brick(voxel)));

@@ -46,6 +46,7 @@ class BrickTopology {
   std::size_t memory_bytes() const;
 
  private:
+  friend class BrickFinder;
   static constexpr std::uint32_t kNoTile = 0xffffffffu;
   using Tile = std::array<std::uint32_t, kBrickVoxels>;  // as many bricks as a brick has voxels
 
@@ -60,6 +61,25 @@ class BrickTopology {
   std::vector<Slot> slots_;  ///< open addressing, a power of two, at most half full
   std::vector<Tile> tiles_;
   std::vector<glm::ivec3> coordinates_;
+};
+
+/// Finds many bricks that lie close to one another: remembers the last tile, so that most look-ups are one
+/// comparison and one load. The topology must outlive it and not change meanwhile. One per thread.
+class BrickFinder {
+ public:
+  explicit BrickFinder(const BrickTopology& topology) : topology_(topology) {}
+
+  std::uint32_t find(const glm::ivec3& brick) {
+    if (brick_of_voxel(brick) != tile_) go_to_tile(brick_of_voxel(brick));
+    return numbers_ ? (*numbers_)[static_cast<std::size_t>(offset_in_brick(brick))] : kNoBrick;
+  }
+
+ private:
+  void go_to_tile(const glm::ivec3& tile);
+
+  const BrickTopology& topology_;
+  glm::ivec3 tile_{0x7fffffff};  // beyond the tile of any brick
+  const BrickTopology::Tile* numbers_ = nullptr;
 };
 
 }  // namespace sarnerf
