@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -210,7 +211,7 @@ class Assembly {
       if (all.empty()) {
         all = std::move(more);
       } else {
-        all.insert(all.end(), more.begin(), more.end());
+        std::copy(more.begin(), more.end(), std::back_inserter(all));
       }
     };
     extend(scene_.mesh.vertices_m, mesh.vertices);
