@@ -43,6 +43,8 @@ void Console::note(std::string_view line) {
 void Console::warning(std::string_view line) { print("warning: ", line); }
 void Console::error(std::string_view line) { print("error: ", line); }
 
+void Console::asked_for(std::string_view lines) { print("", lines); }
+
 void Console::print(std::string_view label, std::string_view line) {
   const std::scoped_lock lock(mutex_);
   clear_bar();

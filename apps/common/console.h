@@ -26,6 +26,7 @@ class Console {
   void note(std::string_view line);
   void warning(std::string_view line);
   void error(std::string_view line);
+  void asked_for(std::string_view lines);  ///< by an option of its own: printed even when quiet
 
   /// A bar with rate and time left that redraws itself on a terminal; elsewhere a line every ten
   /// seconds. Another stage, or done == total, ends the bar.

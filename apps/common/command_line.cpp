@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "shared_options.h"
+#include "command_line.h"
 
 #include <algorithm>
 #include <memory>

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+
+#include "values.h"
+
+namespace sarnerf::app {
+namespace {
+
+template <class... Arguments>
+std::string format(const char* pattern, Arguments... arguments) {
+  char text[512];
+  std::snprintf(text, sizeof text, pattern, arguments...);
+  return text;
+}
+
+/// A table of labels and lines; a label is printed once.
+class Table {
+ public:
+  void add(const std::string& label, const std::string& line) {
+    const bool repeated = label == last_;
+    text_ += format("  %-10s ", repeated ? "" : label.c_str()) + line + "\n";
+    last_ = label;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_, last_;
+};
+
+std::string range_text(const std::vector<double>& values) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  if (values.size() == 1) return format("%.10g", *least);
+  return format("%.10g to %.10g (%zu values)", *least, *most, values.size());
+}
+
+std::string material_text(const Material& m) {
+  if (m.opaque) return format("%s: opaque, gamma0 %.4g, exponent %.4g", m.name.c_str(), m.gamma0, m.exponent);
+  return format("%s: translucent, extinction %.4g 1/m, scattering %.4g 1/m", m.name.c_str(),
+                m.extinction_per_m, m.scattering_per_m);
+}
+
+void add_scene(const Job& job, Table& table) {
+  const Scene& scene = *job.scene;
+  const auto n_closed = std::count_if(scene.pieces.begin(), scene.pieces.end(),
+                                      [](const Piece& piece) { return piece.closed; });
+  table.add("scene", format("%s: %zu triangles in %zu pieces, %td of them closed",
+                            job.options.scene.filename().c_str(), scene.mesh.triangles.size(),
+                            scene.pieces.size(), n_closed));
+  if (!scene.box.empty()) {
+    const glm::dvec3 size = scene.box.size();
+    table.add("scene", format("%.6g x %.6g x %.6g m (x, y up, z)", size.x, size.y, size.z));
+  }
+  for (const Material& material : scene.materials) table.add("material", material_text(material));
+  table.add("ground", scene.ground
+                          ? format("%s at %.6g m", scene.materials[scene.ground->material].name.c_str(),
+                                   scene.ground->height_m)
+                          : std::string("none"));
+}
+
+void add_views(const Job& job, Table& table) {
+  const Options& o = job.options;
+  std::vector<double> depression_deg, slant_range_m;
+  for (const double angle : o.incidence_deg) depression_deg.push_back(90.0 - angle);
+  for (const DatasetView& view : job.views) slant_range_m.push_back(view.slant_range_m);
+  const auto [nearest, farthest] = std::minmax_element(slant_range_m.begin(), slant_range_m.end());
+  table.add("views", format("%zu, azimuth %s deg", job.views.size(), range_text(o.azimuth_deg).c_str()));
+  table.add("views", format("incidence %s deg, depression %s deg", range_text(o.incidence_deg).c_str(),
+                            range_text(depression_deg).c_str()));
+  table.add("radar", format("slant range %.8g to %.8g m, looking %s", *nearest, *farthest,
+                            o.look == Look::left ? "left" : "right"));
+  table.add("aim", format("%.8g, %.8g, %.8g m%s", job.aim_m.x, job.aim_m.y, job.aim_m.z,
+                          o.aim_m ? "" : " (centre of the scene at its lowest height)"));
+  table.add("image", format("%d x %d pixels (azimuth x range) of %.6g x %.6g m, %s, %s", o.size->first,
+                            o.size->second, o.spacing_m.first, o.spacing_m.second,
+                            std::string(name(o.calibration)).c_str(),
+                            std::string(name(o.quantity)).c_str()));
+}
+
+void add_cost(const Job& job, Table& table) {
+  std::uint64_t n_grid = 0, n_kept = 0;
+  double expected_s = 0.0;
+  for (const ViewPlan& plan : job.plans) {
+    n_grid += plan.n_grid_rays;
+    n_kept += plan.n_kept_rays;
+    expected_s += plan.expected_s;
+  }
+  table.add("rays", format("%.4g of %.4g in the grids meet the scene's box: only these are traced",
+                           double(n_kept), double(n_grid)));
+  table.add("memory", "about " + bytes_text(job.memory_bytes));
+  table.add("time", format("about %.2g s of tracing on %d threads%s", expected_s,
+                           job.options.shared.n_threads,
+                           job.n_views_at_once > 1 ? ", one view each"
+                           : job.views.size() > 1  ? ", all on one view after the other"
+                                                   : ""));
+}
+
+void add_choices(const Job& job, Table& table) {
+  if (!job.framing.empty()) table.add("chosen", job.framing);
+  const char* of_first = job.plans.size() > 1 ? " [first view]" : "";
+  for (const std::string& line : job.plans.front().chosen) table.add("chosen", line + of_first);
+  for (const std::string& line : job.plans.front().left_out) table.add("left out", line + of_first);
+}
+
+}  // namespace
+
+std::string explain(const Job& job, const std::string& place) {
+  Table table;
+  add_scene(job, table);
+  add_views(job, table);
+  add_choices(job, table);
+  add_cost(job, table);
+  table.add("output", place);
+  std::string text = "plan\n" + table.text();
+  text.pop_back();
+  return text;
+}
+
+}  // namespace sarnerf::app

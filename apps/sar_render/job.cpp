@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job.h"
+
+#include <nlohmann/json.hpp>
+
+#include "memory.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/sha256.h"
+#include "sarnerf/core/units.h"
+#include "sarnerf/render/framing.h"
+
+namespace sarnerf::app {
+namespace {
+
+Scene load(const Options& o, const Monitor& monitor) {
+  LoadOptions load;
+  load.up = o.up;
+  load.units_m = o.units_m;
+  load.scale = o.scale;
+  load.materials_file = o.materials;
+  load.ground_material = o.ground;
+  load.ground_height_m = o.ground_height_m;
+  load.max_memory_bytes = o.shared.max_memory_bytes;
+  load.monitor = monitor;
+  return load_scene(o.scene, load);
+}
+
+/// Every combination, all azimuths of the first incidence first. Sizes come later.
+std::vector<DatasetView> poses(const Options& o) {
+  std::vector<DatasetView> views;
+  views.reserve(o.incidence_deg.size() * o.azimuth_deg.size());
+  for (const double incidence_deg : o.incidence_deg) {
+    for (const double azimuth_deg : o.azimuth_deg) {
+      DatasetView view;
+      view.azimuth_deg = azimuth_deg;
+      view.incidence_deg = incidence_deg;
+      const double incidence_rad = rad_from_deg(incidence_deg);
+      view.slant_range_m =
+          o.slant_range_m.value_or(slant_range_from_altitude_m(o.altitude_m, incidence_rad));
+      view.altitude_m = o.slant_range_m ? *o.slant_range_m * std::cos(incidence_rad) : o.altitude_m;
+      view.azimuth_spacing_m = o.spacing_m.first;
+      view.range_spacing_m = o.spacing_m.second;
+      view.look = o.look;
+      views.push_back(view);
+    }
+  }
+  return views;
+}
+
+void set_size(Job& job) {
+  if (!job.options.size) {
+    std::vector<Acquisition> acquisitions;
+    acquisitions.reserve(job.views.size());
+    for (const DatasetView& view : job.views) {
+      acquisitions.push_back(acquisition_of(view, job.aim_m));
+    }
+    Framing framing = frame_scene(*job.scene, acquisitions);
+    job.framing = std::move(framing.explanation);
+    job.options.size = {framing.n_azimuth, framing.n_range};
+  }
+  for (DatasetView& view : job.views) {
+    std::tie(view.n_azimuth, view.n_range) = *job.options.size;
+  }
+}
+
+double reference_height_m(const Options& o, const Scene& scene) {
+  if (o.ground_height_m) return *o.ground_height_m;
+  if (scene.ground) return scene.ground->height_m;
+  return scene.box.empty() ? 0.0 : scene.box.min.y;
+}
+
+void make_plans(Job& job, const Monitor& monitor) {
+  job.plans.resize(job.views.size());
+  parallel_for(job.views.size(), 8, [&](std::size_t begin, std::size_t end, int) {
+    monitor.check();
+    for (std::size_t n = begin; n < end; ++n) {
+      const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
+      validate(acquisition);
+      job.plans[n] = job.engine->plan(acquisition, job.options.sampling);
+    }
+  });
+}
+
+}  // namespace
+
+Job prepare(const Options& options, Console& console, const Monitor& monitor) {
+  Job job;
+  job.options = options;
+  refuse_size_beyond_memory(options);
+
+  const Stopwatch loading;
+  job.scene = std::make_unique<const Scene>(load(options, monitor));
+  job.times.load_s = loading.seconds();
+  for (const std::string& note : job.scene->report.notes) console.note(note);
+  for (const std::string& warning : job.scene->report.warnings) console.warning(warning);
+
+  job.aim_m = options.aim_m.value_or(default_aim_m(*job.scene));
+  job.reference_height_m = reference_height_m(options, *job.scene);
+  job.views = poses(options);
+  set_size(job);
+  if (!job.framing.empty()) console.note(job.framing);
+  refuse_scene_beyond_memory(job);
+  monitor.check();
+
+  const Stopwatch building;
+  job.engine = std::make_unique<const SurfaceEngine>(*job.scene);
+  job.times.build_s = building.seconds();
+  for (const std::string& warning : job.engine->warnings()) console.warning(warning);
+
+  const Stopwatch planning;
+  make_plans(job, monitor);
+  job.times.plan_s = planning.seconds();
+  decide_views_at_once(job);
+  return job;
+}
+
+Json resolved_of(const Job& job) {
+  Json j;
+  j["aim_m"] = {job.aim_m.x, job.aim_m.y, job.aim_m.z};
+  j["reference_height_m"] = job.reference_height_m;
+  j["size"] = {job.options.size->first, job.options.size->second};
+  j["ground"] = job.scene->ground ? Json(job.scene->materials[job.scene->ground->material].name)
+                                  : Json("none");
+  j["inputs"] = Json::array();
+  for (const auto& path : job.scene->report.files) {
+    j["inputs"].push_back({{"file", path.filename().string()}, {"sha256", sha256_of_file(path)}});
+  }
+  j["elevations"] = Json::array();
+  j["sub_rows"] = Json::array();
+  for (const ViewPlan& plan : job.plans) {
+    j["elevations"].push_back(plan.fan.n_elevation);
+    j["sub_rows"].push_back(plan.n_sub_rows);
+  }
+  j["chosen"] = Json::array();
+  if (!job.framing.empty()) j["chosen"].push_back(job.framing);
+  if (job.plans.size() == 1) {
+    for (const std::string& line : job.plans.front().chosen) j["chosen"].push_back(line);
+  }
+  return j;
+}
+
+}  // namespace sarnerf::app

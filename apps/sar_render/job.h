@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "console.h"
+#include "options.h"
+#include "recipe.h"
+#include "sarnerf/core/monitor.h"
+#include "sarnerf/dataset/manifest.h"
+#include "sarnerf/render/surface_engine.h"
+#include "sarnerf/scene/scene.h"
+#include "stopwatch.h"
+
+namespace sarnerf::app {
+
+/// Everything decided and built, nothing rendered.
+struct Job {
+  Options options;
+  std::unique_ptr<const Scene> scene;  ///< the engine refers to it
+  std::unique_ptr<const SurfaceEngine> engine;
+  glm::dvec3 aim_m{0.0};
+  double reference_height_m = 0.0;  ///< of the plane that calibration refers to
+  std::string framing;              ///< how the size was chosen; empty when it was given
+  std::vector<DatasetView> views;   ///< image names still empty
+  std::vector<ViewPlan> plans;      ///< one per view
+  std::uint64_t memory_bytes = 0;   ///< expected at the peak
+  int n_views_at_once = 1;
+  PreparationTimes times;
+};
+
+/// Loads the scene, frames it, builds the engine and plans every view. Tells the console what was
+/// mended, assumed or chosen. Throws UsageError for what --max-memory does not allow, before it is
+/// allocated, and what loading and planning throw.
+Job prepare(const Options& options, Console& console, const Monitor& monitor);
+
+/// What the program chose: the "resolved" part of a recipe.
+Json resolved_of(const Job& job);
+
+}  // namespace sarnerf::app

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+
+#include "exit_code.h"
+#include "explain.h"
+#include "interrupt.h"
+#include "output_place.h"
+#include "sarnerf/core/parallel.h"
+#include "single_view.h"
+#include "sweep.h"
+
+namespace sarnerf::app {
+namespace {
+
+void run(const Options& options, Console& console) {
+  const Stopwatch total;
+  const Monitor monitor{[&](std::string_view stage, std::uint64_t done, std::uint64_t n) {
+                          console.progress(stage, done, n);
+                        },
+                        &stop_requested()};
+  const Json request = request_of(options);
+  if (!options.dry_run) {
+    options.sweep() ? check_sweep(options, request) : check_single_view(options, request);
+  }
+  Job job = prepare(options, console, monitor);
+  if (options.dry_run) {
+    print_result(explain(job, output_text(options)) + "\n");
+    return;
+  }
+  if (options.explain) console.asked_for(explain(job, output_text(options)));
+  print_result(options.sweep() ? write_sweep(job, request, total, console, monitor)
+                               : write_single_view(job, request, total, console, monitor));
+}
+
+}  // namespace
+}  // namespace sarnerf::app
+
+int main(int argc, char** argv) {
+  using namespace sarnerf::app;
+  Console console("sar_render");
+  return run_program(console, [&] {
+    const auto options = parse_options(argc, argv);
+    if (!options) return;
+    console.set_verbosity(options->shared.verbosity);
+    catch_signals();
+    const sarnerf::ThreadLimit threads(options->shared.n_threads);
+    run(*options, console);
+  });
+}

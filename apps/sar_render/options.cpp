@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "options.h"
+
+#include <cstdio>
+
+#include "command_line.h"
+#include "sarnerf/core/error.h"
+#include "values.h"
+
+namespace sarnerf::app {
+namespace {
+
+constexpr const char* kDescription =
+    "Renders synthetic aperture radar images of a mesh: single-bounce, incoherent power (beta0).\n"
+    "World: metres, Y up. Azimuth 0: the radar stands over +Z; it grows towards +X.\n"
+    "One view writes NAME.tif (float32), NAME.png (decibels, for the eye), NAME.json (how it was made)\n"
+    "and NAME.report.json (times). Several views write a dataset folder, which the same command\n"
+    "continues after an interruption. Rows are azimuth, columns slant range, near range left.";
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  sar_render truck.obj --pitch 45 --scale 2.5 --spacing 0.1\n"
+    "  sar_render truck.obj --depression 17 --azimuth 0:359:1 --size 128x128 -o truck\n"
+    "  sar_render street.json --pitch 35:55:5 --azimuth 0,90 --explain\n"
+    "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 not finite, 130 interrupted.";
+
+/// The texts of all options, as given.
+struct Texts {
+  std::string scene;
+  std::string pitch, depression, azimuth = "0", altitude = "10000", slant_range, look = "right", aim = "auto";
+  std::string size = "auto", spacing = "0.3", calibration = "beta0", quantity = "power";
+  std::string units = "m", scale = "1", up = "y", materials, ground, ground_height = "auto";
+  std::string engine = "surface", elevations = "auto", sub_rows = "auto", integrator = "exact";
+  std::string output;
+  bool overwrite = false, explain = false, dry_run = false;
+};
+
+void add_options(CommandLine& command, Texts& t) {
+  CLI::App& p = command.parser();
+  const char* group = "";
+  const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
+    CLI::Option* option = p.add_option(name, text, help)->type_name(type)->group(group);
+    if (!text.empty()) option->capture_default_str();
+    return option;
+  };
+
+  p.add_option("SCENE", t.scene, "Mesh (.obj, .ply, .stl, .off) or scene (.json)")
+      ->type_name("FILE")->required();
+
+  group = "Views (angles: 45, a list 15,17 or a range 0:350:10 with its end)";
+  add("--pitch", t.pitch, "DEG", "Incidence at the aim point, from the vertical; 0 < DEG < 90");
+  add("--depression", t.depression, "DEG", "The same from the horizontal: 90 - pitch");
+  add("--azimuth", t.azimuth, "DEG", "Where the radar stands");
+  add("--altitude", t.altitude, "M", "Radar above the aim point");
+  add("--slant-range", t.slant_range, "M", "Radar to aim point, instead of --altitude");
+  add("--look", t.look, "right|left", "Side to which the radar looks")
+      ->check(CLI::IsMember({"right", "left"}));
+  add("--aim", t.aim, "X,Y,Z|auto", "Aim point (m); auto: horizontal centre at the lowest height");
+
+  group = "Image";
+  add("--size", t.size, "AxR|auto", "Pixels, azimuth x range; auto: scene, layover and shadow");
+  add("--spacing", t.spacing, "A[,R]", "Pixel spacing (m), azimuth and slant range");
+  add("--calibration", t.calibration, "NAME", "beta0, sigma0 or gamma0")
+      ->check(CLI::IsMember({"beta0", "sigma0", "gamma0"}));
+  add("--quantity", t.quantity, "NAME", "power, or amplitude: its root")
+      ->check(CLI::IsMember({"power", "amplitude"}));
+
+  group = "Scene";
+  add("--units", t.units, "UNIT", "Of the file: m, cm, mm, km, ft, in, or metres as a number");
+  add("--scale", t.scale, "FACTOR", "Extra factor on the file's coordinates");
+  add("--up", t.up, "y|z", "Axis that points up in the file")->check(CLI::IsMember({"y", "z"}));
+  add("--materials", t.materials, "FILE", "Materials (.json) on top of the built-in ones");
+  add("--ground", t.ground, "MATERIAL|none", "Ground plane; default: what a scene file says, else none");
+  add("--ground-height", t.ground_height, "M|auto", "Reference plane and ground; auto: lowest height");
+
+  group = "Computation";
+  add("--engine", t.engine, "NAME", "surface: rays against the mesh")->check(CLI::IsMember({"surface"}));
+  add("--elevations", t.elevations, "N|auto", "Elevation rays; auto: from the spacing");
+  add("--sub-rows", t.sub_rows, "N|auto", "Slices per azimuth row");
+  add("--integrator", t.integrator, "NAME",
+      "For translucent solids: exact, midpoint, paper, paper-gated");
+
+  group = "Output";
+  add("-o,--output", t.output, "NAME", "File name without ending, or folder; default SCENE_sar");
+  p.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same")
+      ->group(group);
+  p.add_flag("--explain", t.explain, "Print the plan before the work: rays, bytes, seconds, what is left out")
+      ->group(group);
+  p.add_flag("--dry-run", t.dry_run, "Print the plan and stop")->group(group);
+
+  command.same_meaning({"pitch", "depression"});
+  command.same_meaning({"altitude", "slant-range"});
+  command.add_shared_options();
+  p.footer(kExamples);
+}
+
+std::vector<double> resolve_incidence_deg(const Texts& t) {
+  if (t.pitch.empty() && t.depression.empty()) {
+    throw UsageError("--pitch (from the vertical) or --depression (from the horizontal) is needed, such "
+                     "as --pitch 45");
+  }
+  const auto check = [](const char* option, double angle_deg) {
+    if (angle_deg > 0.0 && angle_deg < 90.0) return;
+    char text[120];
+    std::snprintf(text, sizeof text, "%s: expected degrees between 0 and 90, both excluded, found %.10g",
+                  option, angle_deg);
+    throw UsageError(text);
+  };
+  std::vector<double> pitch, depression;
+  if (!t.pitch.empty()) pitch = parse_angles_deg("--pitch", t.pitch);
+  if (!t.depression.empty()) depression = parse_angles_deg("--depression", t.depression);
+  for (const double angle : pitch) check("--pitch", angle);
+  for (double& angle : depression) {
+    check("--depression", angle);
+    angle = 90.0 - angle;
+  }
+  if (!pitch.empty() && !depression.empty() && pitch != depression) {
+    throw UsageError("--pitch " + t.pitch + " and --depression " + t.depression +
+                     " contradict each other: depression is 90 - pitch; give one of them");
+  }
+  return pitch.empty() ? depression : pitch;
+}
+
+template <class Value, class Parse>
+std::optional<Value> unless_auto(const std::string& text, Parse parse) {
+  if (text == "auto") return std::nullopt;
+  return parse(text);
+}
+
+int count_or_auto(const char* option, const std::string& text) {
+  constexpr std::int64_t kMost = 100'000'000;
+  return text == "auto" ? 0 : static_cast<int>(parse_whole(option, text, 1, kMost));
+}
+
+Options resolve(const Texts& t, const CommandLine& command, bool altitude_given) {
+  Options o;
+  o.shared = command.shared_options();
+  o.scene = t.scene;
+  o.incidence_deg = resolve_incidence_deg(t);
+  o.azimuth_deg = parse_angles_deg("--azimuth", t.azimuth);
+  if (double(o.incidence_deg.size()) * double(o.azimuth_deg.size()) > 1e6) {
+    throw UsageError("--pitch times --azimuth make more than a million views; widen their steps");
+  }
+  if (!t.slant_range.empty() && altitude_given) {
+    throw UsageError("--altitude and --slant-range both place the radar; give one of them");
+  }
+  o.altitude_m = parse_positive("--altitude", t.altitude);
+  if (!t.slant_range.empty()) o.slant_range_m = parse_positive("--slant-range", t.slant_range);
+  o.look = t.look == "left" ? Look::left : Look::right;
+  o.aim_m = unless_auto<glm::dvec3>(t.aim, [](const auto& s) { return parse_vector("--aim", s); });
+
+  o.size = unless_auto<std::pair<int, int>>(
+      t.size, [](const auto& s) { return parse_image_size("--size", s); });
+  o.spacing_m = parse_spacing_m("--spacing", t.spacing);
+  o.calibration = calibration_from_name(t.calibration);
+  o.quantity = quantity_from_name(t.quantity);
+
+  o.units_m = parse_units_m("--units", t.units);
+  o.scale = parse_positive("--scale", t.scale);
+  o.up = t.up == "z" ? UpAxis::z : UpAxis::y;
+  o.materials = t.materials;
+  if (!t.ground.empty()) o.ground = t.ground;
+  o.ground_height_m = unless_auto<double>(
+      t.ground_height, [](const auto& s) { return parse_number("--ground-height", s); });
+
+  o.sampling.n_elevation = count_or_auto("--elevations", t.elevations);
+  o.sampling.n_sub_rows = count_or_auto("--sub-rows", t.sub_rows);
+  o.sampling.integrator = integrator_from_name(t.integrator);
+
+  o.output = t.output;
+  o.overwrite = t.overwrite;
+  o.explain = t.explain || t.dry_run;
+  o.dry_run = t.dry_run;
+  return o;
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv) {
+  CommandLine command("sar_render", kDescription);
+  Texts texts;
+  add_options(command, texts);
+  if (!command.parse(argc, argv)) return std::nullopt;
+  const bool altitude_given = command.parser().get_option("--altitude")->count() > 0;
+  return resolve(texts, command, altitude_given);
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sarnerf/dataset/calibration.h"
+#include "sarnerf/geometry/acquisition.h"
+#include "sarnerf/render/surface_engine.h"
+#include "sarnerf/scene/scene.h"
+#include "shared_options.h"
+
+namespace sarnerf::app {
+
+/// What the user asked for, checked one by one and against each other, before any file is opened.
+/// Empty optionals are left to the program.
+struct Options {
+  std::filesystem::path scene;
+
+  std::vector<double> incidence_deg;
+  std::vector<double> azimuth_deg;
+  double altitude_m = 10000.0;
+  std::optional<double> slant_range_m;  ///< instead of the altitude
+  Look look = Look::right;
+  std::optional<glm::dvec3> aim_m;
+
+  std::optional<std::pair<int, int>> size;  ///< azimuth, range
+  std::pair<double, double> spacing_m{0.3, 0.3};
+  Calibration calibration = Calibration::beta0;
+  Quantity quantity = Quantity::power;
+
+  double units_m = 1.0;
+  double scale = 1.0;
+  UpAxis up = UpAxis::y;
+  std::filesystem::path materials;
+  std::optional<std::string> ground;
+  std::optional<double> ground_height_m;
+
+  Sampling sampling;
+
+  std::string output;  ///< empty: named after the scene
+  bool overwrite = false;
+  bool explain = false;
+  bool dry_run = false;
+
+  SharedOptions shared;
+
+  bool sweep() const { return incidence_deg.size() * azimuth_deg.size() > 1; }
+};
+
+/// Empty when help or the version was asked for and has been printed. Throws UsageError, and
+/// InputError for a bad configuration file.
+std::optional<Options> parse_options(int argc, char** argv);
+
+}  // namespace sarnerf::app

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "products.h"
+
+#include <cmath>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/dataset/display.h"
+#include "sarnerf/dataset/image_file.h"
+#include "sarnerf/render/framing.h"
+
+namespace sarnerf::app {
+namespace {
+
+void require_finite(const Image<float>& image, const DatasetView& view) {
+  for (std::size_t n = 0; n < image.pixels().size(); ++n) {
+    if (std::isfinite(image.pixels()[n])) continue;
+    const auto width = static_cast<std::size_t>(image.n_range());
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the pixel in row %zu, bin %zu of the view at incidence %.6g, azimuth %.6g deg is not "
+                  "finite; check the materials for extreme values",
+                  n / width, n % width, view.incidence_deg, view.azimuth_deg);
+    throw NumericsError(text);
+  }
+}
+
+}  // namespace
+
+Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
+  const ViewPlan& plan = job.plans[n];
+  RenderedView rendered = job.engine->render(plan, monitor);
+  monitor.check();
+  Products products;
+  products.n_hits = rendered.n_hits;
+  products.trace_and_deposit_s = rendered.trace_and_deposit_s;
+  products.warnings = std::move(rendered.warnings);
+  if (std::string outside = outside_swath_warning(*job.scene, plan.acquisition); !outside.empty()) {
+    products.warnings.push_back(std::move(outside));
+  }
+
+  const Stopwatch encoding;
+  Image<float>& image = rendered.beta0;
+  const int n_bins = calibrate(image, plan.acquisition, job.reference_height_m, job.options.calibration);
+  if (n_bins > 0) {
+    products.warnings.push_back("the nearest " + std::to_string(n_bins) +
+                                " range bins lie above the reference plane's nadir, where " +
+                                std::string(name(job.options.calibration)) +
+                                " does not exist: they are zero");
+  }
+  if (job.options.quantity == Quantity::amplitude) take_amplitude(image);
+  require_finite(image, job.views[n]);
+  products.tiff = encode_tiff(image);
+  products.png = encode_png(display_levels(image, job.options.quantity));
+  products.encode_s = encoding.seconds();
+  return products;
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report.h"
+
+#include <nlohmann/json.hpp>
+
+#include <sys/resource.h>
+
+#include "version.h"
+
+namespace sarnerf::app {
+namespace {
+
+/// Largest resident size of this process so far.
+std::uint64_t peak_memory_bytes() {
+  rusage usage = {};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+}  // namespace
+
+std::string report_text(const Job& job, const RunFigures& figures) {
+  std::uint64_t n_grid = 0, n_kept = 0;
+  double expected_s = 0.0;
+  for (const ViewPlan& plan : job.plans) {
+    n_grid += plan.n_grid_rays;
+    n_kept += plan.n_kept_rays;
+    expected_s += plan.expected_s;
+  }
+  Json j;
+  j["format"] = "sarnerf-report";
+  j["version"] = 1;
+  j["program"] = "sar_render " + std::string(kVersion);
+  j["threads"] = job.options.shared.n_threads;
+  j["views_at_once"] = job.n_views_at_once;
+  j["views"] = {{"planned", job.views.size()},
+                {"rendered", figures.n_rendered},
+                {"finished_before", figures.n_reused}};
+  j["triangles"] = job.scene->mesh.triangles.size();
+  j["rays"] = {{"grid", n_grid}, {"kept", n_kept}, {"hits", figures.n_hits}};
+  j["seconds"] = {{"read", job.scene->report.read_s},
+                  {"repair", job.scene->report.repair_s},
+                  {"load", job.times.load_s},
+                  {"build", job.times.build_s},
+                  {"plan", job.times.plan_s},
+                  {"trace_and_deposit", figures.trace_and_deposit_s},
+                  {"encode", figures.encode_s},
+                  {"write", figures.write_s},
+                  {"expected_trace_and_deposit", expected_s},
+                  {"total", figures.total_s}};
+  j["seconds_are"] = "wall clock; trace_and_deposit, encode and write summed over views";
+  j["memory_bytes"] = {{"expected", job.memory_bytes}, {"peak", peak_memory_bytes()}};
+  return j.dump(2) + "\n";
+}
+
+}  // namespace sarnerf::app

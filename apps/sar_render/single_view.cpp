@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "single_view.h"
+
+#include <nlohmann/json.hpp>
+
+#include "output_place.h"
+#include "products.h"
+#include "report.h"
+#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/dataset/image_file.h"
+
+namespace sarnerf::app {
+namespace {
+
+bool finished(const ImagePaths& paths, const Options& o) {
+  try {
+    const Image<float> image = read_image(paths.tiff);
+    return std::pair(image.n_azimuth(), image.n_range()) == *o.size &&
+           std::filesystem::exists(paths.png);
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+[[noreturn]] void refuse(const ImagePaths& paths, const std::string& why) {
+  throw UsageError(paths.tiff.string() + ": other output is in the way (" + why +
+                   "); choose another name (-o) or allow --overwrite");
+}
+
+}  // namespace
+
+void check_single_view(const Options& options, const Json& request) {
+  const ImagePaths paths = image_paths(options);
+  for (const auto& path : {paths.tiff, paths.png, paths.recipe, paths.report}) {
+    refuse_input(path, options);
+    if (std::filesystem::is_directory(path)) {
+      throw UsageError(path.string() + ": expected a place for a file, found a folder; choose another -o");
+    }
+  }
+  const auto folder = paths.tiff.parent_path();
+  require_possible(folder.empty() ? "." : folder);
+  if (options.overwrite) return;
+  if (const auto recipe = read_recipe(paths.recipe)) {
+    const std::string differs = difference(recipe->value("request", Json()), request);
+    if (!differs.empty()) refuse(paths, differs);
+    return;
+  }
+  for (const auto& path : {paths.tiff, paths.png, paths.recipe}) {
+    if (std::filesystem::exists(path)) refuse(paths, path.filename().string() + " without a recipe");
+  }
+}
+
+std::string write_single_view(Job& job, const Json& request, const Stopwatch& total, Console& console,
+                              const Monitor& monitor) {
+  const ImagePaths paths = image_paths(job.options);
+  job.views.front().image = paths.tiff.filename().string();
+  Json resolved = resolved_of(job);
+  resolved["view"] = Json::parse(view_text(job.views.front()));
+  const Json recipe = make_recipe(request, resolved);
+  const std::string result =
+      paths.tiff.string() + "\n" + paths.png.string() + "\n" + paths.recipe.string() + "\n";
+
+  if (!job.options.overwrite) {
+    if (const auto found = read_recipe(paths.recipe)) {
+      const std::string differs = difference(*found, recipe);
+      if (!differs.empty()) refuse(paths, differs);
+      if (finished(paths, job.options)) {
+        console.note("already done: the same recipe is there, nothing was rendered");
+        return result;
+      }
+    }
+  }
+
+  const Products products = make_products(job, 0, monitor);
+  for (const std::string& warning : products.warnings) console.warning(warning);
+  monitor.check();
+
+  if (paths.tiff.has_parent_path()) make_folder(paths.tiff.parent_path());
+  const Stopwatch writing;
+  AtomicFiles files;
+  files.add(paths.tiff, products.tiff);
+  files.add(paths.png, products.png);
+  RunFigures figures;
+  figures.n_rendered = 1;
+  figures.n_hits = products.n_hits;
+  figures.trace_and_deposit_s = products.trace_and_deposit_s;
+  figures.encode_s = products.encode_s;
+  figures.write_s = writing.seconds();
+  figures.total_s = total.seconds();
+  files.add(paths.report, report_text(job, figures));
+  files.add(paths.recipe, recipe_text(recipe));
+  // An old recipe must not vouch for new images, should the machine stop between the renames.
+  std::filesystem::remove(paths.recipe);
+  files.commit();
+  return result;
+}
+
+}  // namespace sarnerf::app
