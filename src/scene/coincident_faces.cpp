@@ -12,12 +12,11 @@ namespace {
 
 struct FaceKey {
   std::array<std::uint32_t, 3> sorted;
-  std::uint32_t triangle;
   bool odd;  ///< sense, relative to the sorted corners
 };
 
-FaceKey key_of(const glm::uvec3& v, std::uint32_t triangle) {
-  FaceKey key{{v.x, v.y, v.z}, triangle, false};
+FaceKey key_of(const glm::uvec3& v) {
+  FaceKey key{{v.x, v.y, v.z}, false};
   const auto order = [&](std::size_t a, std::size_t b) {
     if (key.sorted[a] <= key.sorted[b]) return;
     std::swap(key.sorted[a], key.sorted[b]);
@@ -33,14 +32,15 @@ FaceKey key_of(const glm::uvec3& v, std::uint32_t triangle) {
 /// between two solids leaves the two solids' own faces all along its border, a sheet leaves none.
 class OpposedPairs {
  public:
-  OpposedPairs(std::span<const glm::uvec3> triangles, const std::vector<bool>& keep,
+  OpposedPairs(std::span<const glm::uvec3> triangles, std::size_t n_vertices,
+               const std::vector<bool>& keep,
                const std::vector<std::uint32_t>& kept_of_pair)
       : regions_(kept_of_pair.size()), is_wall_(kept_of_pair.size(), true) {
     std::vector<std::uint32_t> pair_of(triangles.size(), kNone);
     for (std::uint32_t p = 0; p < kept_of_pair.size(); ++p) pair_of[kept_of_pair[p]] = p;
 
     std::vector<std::uint32_t> border_pairs;
-    const EdgeTable edges(triangles);
+    const EdgeTable edges(triangles, n_vertices);
     edges.for_each([&](std::span<const EdgeUse> edge) {
       std::size_t n_others = 0, n_pairs = 0;
       std::uint32_t first_pair = kNone;
@@ -69,31 +69,34 @@ class OpposedPairs {
 }  // namespace
 
 void drop_coincident_faces(TriangleSoup& soup, RepairCounts& counts) {
-  std::vector<FaceKey> keys;
-  keys.reserve(soup.triangles.size());
-  for (std::uint32_t t = 0; t < soup.triangles.size(); ++t) {
-    keys.push_back(key_of(soup.triangles[t], t));
-  }
-  std::sort(keys.begin(), keys.end(), [](const FaceKey& a, const FaceKey& b) {
-    return a.sorted != b.sorted ? a.sorted < b.sorted : a.triangle < b.triangle;
-  });
+  const auto key = [&](std::uint32_t t) { return key_of(soup.triangles[t]); };
+  std::vector<std::uint32_t> filed(soup.triangles.size());
+  const std::vector<std::uint32_t> begin = file_by_vertex(
+      soup.vertices.size(), static_cast<std::uint32_t>(filed.size()),
+      [&](std::uint32_t t) { return key(t).sorted[0]; },
+      [&](std::uint32_t t, std::uint32_t slot) { filed[slot] = t; });
 
   std::vector<bool> keep(soup.triangles.size(), true);
   std::vector<std::uint32_t> kept_of_pair;
-  for (std::size_t begin = 0, end; begin < keys.size(); begin = end) {
-    bool opposed = false;
-    for (end = begin + 1; end < keys.size() && keys[end].sorted == keys[begin].sorted; ++end) {
-      opposed |= keys[end].odd != keys[begin].odd;
-      keep[keys[end].triangle] = false;
-      ++counts.duplicate_faces;
+  for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
+    std::stable_sort(filed.begin() + begin[v], filed.begin() + begin[v + 1],
+                     [&](std::uint32_t a, std::uint32_t b) { return key(a).sorted < key(b).sorted; });
+    for (std::size_t first = begin[v], last; first < begin[v + 1]; first = last) {
+      const FaceKey first_key = key(filed[first]);
+      bool opposed = false;
+      for (last = first + 1; last < begin[v + 1] && key(filed[last]).sorted == first_key.sorted; ++last) {
+        opposed |= key(filed[last]).odd != first_key.odd;
+        keep[filed[last]] = false;
+        ++counts.duplicate_faces;
+      }
+      if (opposed) kept_of_pair.push_back(filed[first]);
     }
-    if (opposed) kept_of_pair.push_back(keys[begin].triangle);
   }
   if (counts.duplicate_faces == 0) return;
-  keys = {};
+  filed = {};
 
   if (!kept_of_pair.empty()) {
-    OpposedPairs pairs(soup.triangles, keep, kept_of_pair);
+    OpposedPairs pairs(soup.triangles, soup.vertices.size(), keep, kept_of_pair);
     for (std::uint32_t p = 0; p < kept_of_pair.size(); ++p) {
       if (!pairs.is_wall(p)) continue;
       keep[kept_of_pair[p]] = false;

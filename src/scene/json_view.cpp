@@ -64,6 +64,11 @@ void JsonView::only_keys(std::initializer_list<std::string_view> known) const {
   }
 }
 
+std::string JsonView::place_of(std::string_view key) const {
+  const bool in_document = place_.find(": ") != std::string::npos;
+  return place_ + (in_document ? "." : ": ") + std::string(key);
+}
+
 JsonView JsonView::at(std::string_view key) const {
   const std::optional<JsonView> found = find(key);
   if (!found) fail("the key " + in_quotes(key) + " is missing");
@@ -74,9 +79,7 @@ std::optional<JsonView> JsonView::find(std::string_view key) const {
   if (!value_->is_object()) expected("an object in braces");
   const auto found = value_->find(key);
   if (found == value_->end()) return std::nullopt;
-  // Places read "file: outer.inner".
-  const std::string separator = place_.find(": ") == std::string::npos ? ": " : ".";
-  return JsonView(*found, place_ + separator + std::string(key));
+  return JsonView(*found, place_of(key));
 }
 
 std::vector<JsonView> JsonView::elements() const {
@@ -92,7 +95,7 @@ std::vector<std::pair<std::string, JsonView>> JsonView::members() const {
   if (!value_->is_object()) expected("an object in braces");
   std::vector<std::pair<std::string, JsonView>> views;
   for (const auto& [key, value] : value_->items()) {
-    views.emplace_back(key, JsonView(value, place_ + "." + key));
+    views.emplace_back(key, JsonView(value, place_of(key)));
   }
   return views;
 }

@@ -52,6 +52,8 @@ class JsonView {
   const std::string& place() const { return place_; }
 
  private:
+  std::string place_of(std::string_view key) const;  ///< "file: outer.inner"
+
   const nlohmann::json* value_;
   std::string place_;
 };

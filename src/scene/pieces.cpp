@@ -11,7 +11,7 @@ std::vector<PieceShape> find_pieces(RepairedMesh& mesh, const std::vector<bool>&
   Components components(mesh.triangles.size());
   std::vector<bool> has_border(mesh.triangles.size(), false);
   {
-    const EdgeTable edges(mesh.triangles);
+    const EdgeTable edges(mesh.triangles, mesh.vertices.size());
     edges.for_each([&](std::span<const EdgeUse> edge) {
       if (is_smooth(edge)) {
         components.join(edge[0].triangle(), edge[1].triangle());

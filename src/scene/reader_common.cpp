@@ -49,6 +49,11 @@ void require_countable(const MeshSource& source, std::uint64_t n_vertices) {
 }
 
 TriangleSoup with_triangles(const MeshSource& source, TriangleSoup soup) {
+  // Sides of triangles are counted in 32 bits.
+  if (soup.triangles.size() > std::numeric_limits<std::uint32_t>::max() / 4) {
+    fail(source, with_thousands(soup.triangles.size()) + " triangles, but at most 1,073,741,823 can be "
+                 "told apart; cut the mesh into several files and list them in a scene file");
+  }
   if (!soup.triangles.empty()) return soup;
   std::string found = counted(soup.vertices.size(), "vertex", "vertices");
   if (soup.n_ignored_faces > 0) {

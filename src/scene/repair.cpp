@@ -16,11 +16,11 @@ namespace {
 /// Triangles of the components in which some edge is not smooth. Everything else is oriented already and
 /// never copied: CGAL's structures take several hundred bytes a triangle.
 std::vector<std::uint32_t> troubled_triangles(std::span<const glm::uvec3> triangles,
-                                              RepairCounts& counts) {
+                                              std::size_t n_vertices, RepairCounts& counts) {
   Components components(triangles.size());
   std::vector<std::uint32_t> trouble;
   {
-    const EdgeTable edges(triangles);
+    const EdgeTable edges(triangles, n_vertices);
     edges.for_each([&](std::span<const EdgeUse> edge) {
       for (const EdgeUse& use : edge) components.join(edge[0].triangle(), use.triangle());
       if (edge.size() > 1 && !is_smooth(edge)) trouble.push_back(edge[0].triangle());
@@ -40,7 +40,7 @@ std::vector<std::uint32_t> troubled_triangles(std::span<const glm::uvec3> triang
 std::vector<bool> orient(std::vector<glm::dvec3>& vertices, std::vector<glm::uvec3>& triangles,
                          RepairCounts& counts) {
   std::vector<bool> turned(triangles.size(), false);
-  const std::vector<std::uint32_t> chosen = troubled_triangles(triangles, counts);
+  const std::vector<std::uint32_t> chosen = troubled_triangles(triangles, vertices.size(), counts);
   if (chosen.empty()) return turned;
 
   std::unordered_map<std::uint32_t, std::uint32_t> local_of;
@@ -203,8 +203,8 @@ std::vector<std::string> repair_notes(const RepairCounts& counts, const std::str
                             " as drawn: inside out within another one, so a cavity");
   note(counts.shell_pieces,
        faces(counts.shell_faces) + " in " +
-           counted(counts.shell_pieces, "open piece is", "open pieces are") +
-           (counts.shell_pieces == 1 ? " treated as a thin shell" : " treated as thin shells"));
+           counted(counts.shell_pieces, "open piece", "open pieces") +
+           (counts.shell_faces == 1 ? " is treated as a thin shell" : " are treated as thin shells"));
   return notes;
 }
 

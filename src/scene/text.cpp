@@ -78,7 +78,9 @@ std::string closest_name(std::string_view name, std::span<const std::string> nam
   std::string closest;
   for (const std::string& candidate : names) {
     if (candidate.size() > kLongest) continue;
-    const std::size_t distance = edit_distance(name, candidate);
+    // A name cut short is as good as one wrong letter.
+    const bool begins = name.size() > 2 && candidate.starts_with(name);
+    const std::size_t distance = begins ? 1 : edit_distance(name, candidate);
     if (distance < fewest) {
       fewest = distance;
       closest = candidate;
