@@ -15,5 +15,4 @@ if(SARNERF_SIMULATOR)
   # because CGAL's files set their own policy version.
   set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)
   find_package(CGAL REQUIRED)
-  find_package(tinyobjloader CONFIG REQUIRED)
 endif()
