@@ -12,17 +12,22 @@ offence() {
 
 ours() { find include src apps tests scripts cmake .ci data docs -type f "$@" | sort; }
 
-for file in $(ours -name '*.h' -o -name '*.cpp' -o -name '*.sh' -o -name '*.cmake' -o -name CMakeLists.txt); do
-  lines=$(wc -l < "$file")
-  [ "$lines" -le $kMaxLines ] || offence "$file: $lines lines, at most $kMaxLines: split it by concept"
-  case $file in
-    *.h | *.cpp) top=1 ;;
-    *.sh) top=2 ;;
-    *) continue ;;
-  esac
-  sed -n "${top}p" "$file" | grep -q 'SPDX-License-Identifier: Apache-2.0' ||
-    offence "$file:$top: expected the line 'SPDX-License-Identifier: Apache-2.0'"
-done
+awk -v most=$kMaxLines '
+  function finish() {
+    if (lines > most) { print file ": " lines " lines, at most " most ": split it by concept"; bad = 1 }
+  }
+  FNR == 1 {
+    finish()
+    file = FILENAME
+    top = file ~ /\.(h|cpp)$/ ? 1 : file ~ /\.sh$/ ? 2 : 0
+  }
+  { lines = FNR }
+  FNR == top && !/SPDX-License-Identifier: Apache-2\.0/ {
+    print file ":" top ": expected the line \"SPDX-License-Identifier: Apache-2.0\""
+    bad = 1
+  }
+  END { finish(); exit bad }
+' $(ours -name '*.h' -o -name '*.cpp' -o -name '*.sh' -o -name '*.cmake' -o -name CMakeLists.txt) || bad=1
 
 # An absolute path below these exists on one machine only. Scenes and pictures are data, not text.
 found=$(grep -nIE '(^|[^[:alnum:]_./$}-])/(home|root|tmp|work|mnt|Users)/[[:alnum:]]' \
