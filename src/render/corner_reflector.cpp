@@ -57,11 +57,10 @@ std::string corner_reflector_warning(const Scene& scene) {
       if (is_new) continue;
       const std::uint32_t other = found->second;
       if (std::abs(glm::dot(faces[t].normal, faces[other].normal)) > kRightAngle) continue;
-      // Concave: the other face lies on the side to which this one looks. Shells look both ways.
+      // Concave: the other face lies on the side to which this one looks. Shells are taken as drawn.
       const glm::dvec3 across =
           mesh.vertices_m[opposite_corner(mesh.triangles[other], low, high)] - mesh.vertices_m[low];
-      const bool shell = !scene.pieces[mesh.piece[t]].closed;
-      if (shell || glm::dot(across, faces[t].normal) > 0.0) in_corner[t] = in_corner[other] = 1;
+      if (glm::dot(across, faces[t].normal) > 0.0) in_corner[t] = in_corner[other] = 1;
     }
   }
   for (std::size_t t = 0; t < faces.size(); ++t) corner_m2 += in_corner[t] ? faces[t].area_m2 : 0.0;
