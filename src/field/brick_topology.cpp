@@ -42,13 +42,27 @@ std::uint32_t BrickTopology::insert_tile(const glm::ivec3& tile) {
 }
 
 std::uint32_t BrickTopology::insert(const glm::ivec3& brick) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (brick[axis] < -kMaxBrick || brick[axis] > kMaxBrick) {
+      throw UsageError("bricks lie within " + std::to_string(kMaxBrick) + " of the origin, found one at " +
+                       std::to_string(brick[axis]) + "; choose larger voxels or an origin in the scene");
+    }
+  }
   // A tile is to bricks what a brick is to voxels.
-  std::uint32_t& number =
+  std::uint32_t& place =
       tiles_[insert_tile(brick_of_voxel(brick))][static_cast<std::size_t>(offset_in_brick(brick))];
-  if (number == kNoBrick) {
-    if (coordinates_.size() == kNoBrick) throw UsageError("a grid holds at most 4294967295 bricks");
-    number = static_cast<std::uint32_t>(coordinates_.size());
-    coordinates_.push_back(brick);
+  if (place != kNoBrick) return place;
+  if (coordinates_.size() == kNoBrick) throw UsageError("a grid holds at most 4294967295 bricks");
+  const auto number = static_cast<std::uint32_t>(coordinates_.size());
+  place = number;
+  coordinates_.push_back(brick);
+  Neighbours& own = neighbours_.emplace_back();
+  own[0] = number;
+  for (int n = 1; n < 8; ++n) {
+    const glm::ivec3 step(n >> 2 & 1, n >> 1 & 1, n & 1);
+    own[static_cast<std::size_t>(n)] = find(brick + step);
+    const std::uint32_t before = find(brick - step);
+    if (before != kNoBrick) neighbours_[before][static_cast<std::size_t>(n)] = number;
   }
   return number;
 }
@@ -70,7 +84,7 @@ void BrickFinder::go_to_tile(const glm::ivec3& tile) {
 
 std::size_t BrickTopology::memory_bytes() const {
   return slots_.capacity() * sizeof(Slot) + tiles_.capacity() * sizeof(Tile) +
-         coordinates_.capacity() * sizeof(glm::ivec3);
+         coordinates_.capacity() * sizeof(glm::ivec3) + neighbours_.capacity() * sizeof(Neighbours);
 }
 
 }  // namespace sarnerf

@@ -1,43 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <span>
 
 #include "sarnerf/field/brick_grid.h"
 
 namespace sarnerf {
 
-/// The cell of eight voxels around a point: the lowest of them, and where in the cell the point lies.
-struct Cell {
-  glm::ivec3 voxel{0};
-  glm::dvec3 fraction{0.0};
-  bool valid = false;  ///< the point is finite and within 2³⁰ voxels
+/// Cells of eight voxels around a block of points: the lowest of the eight, and where in the cell the
+/// point lies. An array per number, so that the loops that fill them are vectorised.
+struct Cells {
+  static constexpr std::size_t kCapacity = 128;
+  std::array<int, kCapacity> voxel[3];
+  std::array<float, kCapacity> fraction[3];
 };
 
-/// Finds cells of points. Multiplies by the inverse of the voxel size: divisions would cost as much as the
-/// rest of a sample.
-class CellFinder {
- public:
-  explicit CellFinder(const GridTransform& transform)
-      : origin_m_(transform.origin_m), voxels_per_m_(1.0 / transform.voxel_size_m) {}
-
-  Cell at(const glm::dvec3& point_m) const {
-    constexpr double kFar = 1073741824.0;
-    const glm::dvec3 index = (point_m - origin_m_) * voxels_per_m_;
-    if (!(std::abs(index.x) < kFar && std::abs(index.y) < kFar && std::abs(index.z) < kFar)) return {};
-    // Towards minus infinity, without the call that std::floor is on processors before SSE 4.1.
-    glm::ivec3 low(index);
-    for (int axis = 0; axis < 3; ++axis) low[axis] -= index[axis] < low[axis] ? 1 : 0;
-    return {low, index - glm::dvec3(low), true};
+/// One coordinate of the cells. Points that are not finite or beyond reach get a cell beyond reach, where no
+/// brick can be.
+inline void find_cells_along(double origin_m, double voxels_per_m,
+                             const float* __restrict coordinate_m, std::size_t n_points,
+                             int* __restrict voxel, float* __restrict fraction) {
+  constexpr double kBeyond = 8.0 * (kMaxBrick + 2);
+  for (std::size_t n = 0; n < n_points; ++n) {
+    const double exact = (static_cast<double>(coordinate_m[n]) - origin_m) * voxels_per_m;
+    const double index = std::abs(exact) < kBeyond ? exact : kBeyond;  // NaN, too, is beyond
+    // std::floor, which is a call on processors before SSE 4.1 and keeps the loop from being vectorised:
+    // adding 1.5 · 2⁵² rounds to the nearest integer.
+    const double nearest = (index + 0x1.8p52) - 0x1.8p52;
+    const double low = index < nearest ? nearest - 1.0 : nearest;
+    voxel[n] = static_cast<int>(low);
+    fraction[n] = static_cast<float>(index - low);
   }
+}
 
- private:
-  glm::dvec3 origin_m_;
-  double voxels_per_m_;
-};
-
-/// Corner n of a cell is at voxel + corner_step(n): z in the lowest bit, as voxels lie in memory.
-inline glm::ivec3 corner_step(int n) { return {n >> 2 & 1, n >> 1 & 1, n & 1}; }
+inline void find_cells(const GridTransform& transform, std::span<const glm::vec3> points_m, Cells& cells) {
+  std::array<float, Cells::kCapacity> coordinate_m[3];
+  for (std::size_t n = 0; n < points_m.size(); ++n) {
+    coordinate_m[0][n] = points_m[n].x;
+    coordinate_m[1][n] = points_m[n].y;
+    coordinate_m[2][n] = points_m[n].z;
+  }
+  const double origin_m[3] = {transform.origin_m.x, transform.origin_m.y, transform.origin_m.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    find_cells_along(origin_m[axis], 1.0 / transform.voxel_size_m, coordinate_m[axis].data(),
+                     points_m.size(), cells.voxel[axis].data(), cells.fraction[axis].data());
+  }
+}
 
 }  // namespace sarnerf

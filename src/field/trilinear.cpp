@@ -2,6 +2,7 @@
 #include "sarnerf/field/trilinear.h"
 
 #include <array>
+#include <vector>
 
 #include "cell.h"
 #include "check_field.h"
@@ -9,43 +10,83 @@
 namespace sarnerf {
 namespace {
 
-bool in_one_brick(const glm::ivec3& voxel) {
-  return (voxel.x & 7) != 7 && (voxel.y & 7) != 7 && (voxel.z & 7) != 7;
-}
-
 /// Weights of the four pairs of corners that differ in z; each pair lies side by side in memory.
 std::array<float, 4> pair_weights(const glm::vec3& f) {
   const float x0 = 1.0f - f.x, y0 = 1.0f - f.y;
   return {x0 * y0, x0 * f.y, f.x * y0, f.x * f.y};
 }
 
-/// Voxels between the first pair of corners and the others.
-constexpr int kPairOffset[4] = {0, kBrickSide, kBrickSide * kBrickSide,
-                                kBrickSide * kBrickSide + kBrickSide};
-
-/// The four pairs of a cell within one brick.
-template <class T>
-std::array<T*, 4> pairs_of(const BrickView<T>& grid, std::uint32_t brick, const glm::ivec3& voxel) {
-  const int offset = offset_in_brick(voxel);
-  return {grid.voxel(brick, offset + kPairOffset[0]), grid.voxel(brick, offset + kPairOffset[1]),
-          grid.voxel(brick, offset + kPairOffset[2]), grid.voxel(brick, offset + kPairOffset[3])};
+/// Sides on which a cell reaches into the next brick, as bits of a place in BrickTopology::Neighbours.
+int crossed_sides(const glm::ivec3& voxel) {
+  return ((voxel.x & 7) == 7) * 4 + ((voxel.y & 7) == 7) * 2 + ((voxel.z & 7) == 7);
 }
 
-/// The eight corners of a cell that reaches into other bricks: null where there is none. Bricks are
-/// looked up only for the sides on which the cell crosses a border.
+/// Voxels from the beginning of its brick to corner n of a cell, z in the lowest bit of n.
+int corner_offset(const glm::ivec3& voxel, int n) {
+  return offset_in_brick({voxel.x + (n >> 2), voxel.y + (n >> 1 & 1), voxel.z + (n & 1)});
+}
+
+/// The first voxels of the four pairs of a cell that does not cross the border in z; `nothing` stands
+/// for voxels of bricks that are not there. Free of branches: which borders are crossed is as good as
+/// random.
+template <class T>
+[[gnu::always_inline]] inline std::array<T*, 4> pairs_of(const BrickView<T>& grid, const BrickTopology::Neighbours& bricks,
+                           const glm::ivec3& voxel, T* nothing) {
+  const int crossed = crossed_sides(voxel);
+  std::array<T*, 4> pairs;
+  for (int p = 0; p < 4; ++p) {
+    const std::uint32_t brick = bricks[static_cast<std::size_t>(2 * p & crossed)];
+    T* const voxels = grid.voxel(brick == kNoBrick ? 0 : brick, corner_offset(voxel, 2 * p));
+    pairs[static_cast<std::size_t>(p)] = brick == kNoBrick ? nothing : voxels;
+  }
+  return pairs;
+}
+
+/// The eight corners of any other cell; null for voxels of bricks that are not there.
 template <class T>
 std::array<T*, 8> corners_of(const BrickView<T>& grid, BrickFinder& finder, const glm::ivec3& voxel) {
-  std::array<std::uint32_t, 8> brick;
+  const int crossed = crossed_sides(voxel);
+  const glm::ivec3 first = brick_of_voxel(voxel);
+  const std::uint32_t own = finder.find(first);
+  BrickTopology::Neighbours bricks;
+  if (own != kNoBrick) {
+    bricks = grid.topology->neighbours(own);
+  } else {
+    for (int n = 0; n < 8; ++n) {
+      const bool needed = (n & crossed) == n;
+      bricks[static_cast<std::size_t>(n)] =
+          needed ? finder.find(first + glm::ivec3(n >> 2, n >> 1 & 1, n & 1)) : kNoBrick;
+    }
+  }
   std::array<T*, 8> corners;
-  const int crossed = ((voxel.x & 7) == 7) * 4 + ((voxel.y & 7) == 7) * 2 + ((voxel.z & 7) == 7);
   for (int n = 0; n < 8; ++n) {
-    const glm::ivec3 corner = voxel + corner_step(n);
-    const auto here = static_cast<std::size_t>(n);
-    const auto same = static_cast<std::size_t>(n & crossed);  // the first corner in this one's brick
-    brick[here] = same == here ? finder.find(brick_of_voxel(corner)) : brick[same];
-    corners[here] = brick[here] == kNoBrick ? nullptr : grid.voxel(brick[here], offset_in_brick(corner));
+    const std::uint32_t brick = bricks[static_cast<std::size_t>(n & crossed)];
+    corners[static_cast<std::size_t>(n)] =
+        brick == kNoBrick ? nullptr : grid.voxel(brick, corner_offset(voxel, n));
   }
   return corners;
+}
+
+/// The same grid, with a number of channels that the compiler knows if kChannels is not 0.
+template <int kChannels, class T>
+BrickView<T> with_known_channels(BrickView<T> grid) {
+  if (kChannels > 0) grid.n_channels = kChannels;
+  return grid;
+}
+
+/// Calls visit(finder, lowest voxel of the cell, fraction) for each point in turn.
+template <class T, class Visit>
+void for_each_cell(const BrickView<T>& grid, std::span<const glm::vec3> points_m, Visit&& visit) {
+  BrickFinder finder(*grid.topology);
+  Cells cells;
+  for (std::size_t begin = 0; begin < points_m.size(); begin += Cells::kCapacity) {
+    const std::size_t n_points = std::min(Cells::kCapacity, points_m.size() - begin);
+    find_cells(grid.transform, points_m.subspan(begin, n_points), cells);
+    for (std::size_t n = 0; n < n_points; ++n) {
+      visit(finder, glm::ivec3(cells.voxel[0][n], cells.voxel[1][n], cells.voxel[2][n]),
+            glm::vec3(cells.fraction[0][n], cells.fraction[1][n], cells.fraction[2][n]));
+    }
+  }
 }
 
 /// kChannels is the number of channels, or 0 if only `n` knows it. Known, and with results in local
@@ -98,51 +139,46 @@ void add_to_pairs(const std::array<float*, 4>& pair, const std::array<float, 4>&
 }
 
 template <int kChannels>
-void sample(const BrickView<const float>& grid, std::span<const glm::vec3> points_m, float* out) {
-  const auto n_channels = static_cast<std::size_t>(kChannels > 0 ? kChannels : grid.n_channels);
-  const CellFinder cells(grid.transform);
-  BrickFinder finder(*grid.topology);
-  for (const glm::vec3& point_m : points_m) {
-    const Cell cell = cells.at(glm::dvec3(point_m));
-    const glm::vec3 f(cell.fraction);
+void sample(const BrickView<const float>& any_grid, std::span<const glm::vec3> points_m,
+            float* __restrict out) {
+  const BrickView<const float> grid = with_known_channels<kChannels>(any_grid);
+  const auto n_channels = static_cast<std::size_t>(grid.n_channels);
+  const std::vector<float> zeros(2 * n_channels, 0.0f);
+  for_each_cell(grid, points_m, [&](BrickFinder& finder, const glm::ivec3& voxel, const glm::vec3& f) {
     const std::array<float, 4> weight = pair_weights(f);
-    if (cell.valid && in_one_brick(cell.voxel)) {
-      const std::uint32_t brick = finder.find(brick_of_voxel(cell.voxel));
-      if (brick != kNoBrick) {
-        mix_pairs<kChannels>(pairs_of(grid, brick, cell.voxel), weight, f.z, n_channels, out);
-      } else {
-        for (std::size_t c = 0; c < n_channels; ++c) out[c] = 0.0f;
-      }
+    const std::uint32_t brick = finder.find(brick_of_voxel(voxel));
+    if (brick != kNoBrick && (voxel.z & 7) != 7) {
+      mix_pairs<kChannels>(pairs_of(grid, grid.topology->neighbours(brick), voxel, zeros.data()),
+                           weight, f.z, n_channels, out);
     } else {
       for (std::size_t c = 0; c < n_channels; ++c) out[c] = 0.0f;
-      const std::array<const float*, 8> corners =
-          cell.valid ? corners_of(grid, finder, cell.voxel) : std::array<const float*, 8>{};
-      for (std::size_t n = 0; n < 8; ++n) {
-        if (!corners[n]) continue;
-        const float w = weight[n / 2] * (n % 2 ? f.z : 1.0f - f.z);
-        for (std::size_t c = 0; c < n_channels; ++c) out[c] += w * corners[n][c];
+      if (brick != kNoBrick || crossed_sides(voxel) != 0) {
+        const std::array<const float*, 8> corners = corners_of(grid, finder, voxel);
+        for (std::size_t n = 0; n < 8; ++n) {
+          if (!corners[n]) continue;
+          const float w = weight[n / 2] * (n % 2 ? f.z : 1.0f - f.z);
+          for (std::size_t c = 0; c < n_channels; ++c) out[c] += w * corners[n][c];
+        }
       }
     }
     out += n_channels;
-  }
+  });
 }
 
 template <int kChannels>
-void scatter(const BrickView<float>& grid, std::span<const glm::vec3> points_m, const float* in) {
-  const auto n_channels = static_cast<std::size_t>(kChannels > 0 ? kChannels : grid.n_channels);
-  const CellFinder cells(grid.transform);
-  BrickFinder finder(*grid.topology);
-  for (const glm::vec3& point_m : points_m) {
-    const Cell cell = cells.at(glm::dvec3(point_m));
-    const glm::vec3 f(cell.fraction);
+void scatter(const BrickView<float>& any_grid, std::span<const glm::vec3> points_m,
+             const float* __restrict in) {
+  const BrickView<float> grid = with_known_channels<kChannels>(any_grid);
+  const auto n_channels = static_cast<std::size_t>(grid.n_channels);
+  std::vector<float> nowhere(2 * n_channels, 0.0f);
+  for_each_cell(grid, points_m, [&](BrickFinder& finder, const glm::ivec3& voxel, const glm::vec3& f) {
     const std::array<float, 4> weight = pair_weights(f);
-    if (cell.valid && in_one_brick(cell.voxel)) {
-      const std::uint32_t brick = finder.find(brick_of_voxel(cell.voxel));
-      if (brick != kNoBrick) {
-        add_to_pairs<kChannels>(pairs_of(grid, brick, cell.voxel), weight, f.z, n_channels, in);
-      }
-    } else if (cell.valid) {
-      const std::array<float*, 8> corners = corners_of(grid, finder, cell.voxel);
+    const std::uint32_t brick = finder.find(brick_of_voxel(voxel));
+    if (brick != kNoBrick && (voxel.z & 7) != 7) {
+      add_to_pairs<kChannels>(pairs_of(grid, grid.topology->neighbours(brick), voxel, nowhere.data()),
+                              weight, f.z, n_channels, in);
+    } else if (brick != kNoBrick || crossed_sides(voxel) != 0) {
+      const std::array<float*, 8> corners = corners_of(grid, finder, voxel);
       for (std::size_t n = 0; n < 8; ++n) {
         if (!corners[n]) continue;
         const float w = weight[n / 2] * (n % 2 ? f.z : 1.0f - f.z);
@@ -150,7 +186,7 @@ void scatter(const BrickView<float>& grid, std::span<const glm::vec3> points_m, 
       }
     }
     in += n_channels;
-  }
+  });
 }
 
 /// Calls f.operator()<kChannels>() for the numbers of channels that fields have: one or two extinctions

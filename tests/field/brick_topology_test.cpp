@@ -38,8 +38,11 @@ TEST_CASE("what was inserted is found, nothing else") {
       const glm::ivec3 brick(std::get<0>(at), std::get<1>(at), std::get<2>(at));
       REQUIRE(topology.find(brick) == number);
       REQUIRE(topology.coordinate(number) == brick);
-      const glm::ivec3 beside = brick + glm::ivec3(0, 0, 1);
-      REQUIRE((topology.find(beside) != kNoBrick) == reference.contains({beside.x, beside.y, beside.z}));
+      for (int n = 0; n < 8; ++n) {
+        const auto beside = reference.find({brick.x + (n >> 2), brick.y + (n >> 1 & 1), brick.z + (n & 1)});
+        const std::uint32_t expected = beside == reference.end() ? kNoBrick : beside->second;
+        REQUIRE(topology.neighbours(number)[static_cast<std::size_t>(n)] == expected);
+      }
     }
   }
 }
@@ -55,7 +58,15 @@ TEST_CASE("empty space costs nothing") {
   // Bricks of one tile share its 2 KiB.
   BrickTopology dense;
   for (int n = 0; n < 512; ++n) dense.insert({n / 64, n / 8 % 8, n % 8});
-  CHECK(dense.memory_bytes() < 2048 + 512 * 2 * sizeof(glm::ivec3) + 1024);
+  CHECK(dense.memory_bytes() < 2048 + 512 * 2 * (sizeof(glm::ivec3) + 32) + 1024);
+}
+
+TEST_CASE("bricks beyond the reach of voxels are refused") {
+  BrickTopology topology;
+  CHECK_NOTHROW(topology.insert({kMaxBrick, -kMaxBrick, 0}));
+  CHECK_THROWS_AS(topology.insert({kMaxBrick + 1, 0, 0}), UsageError);
+  CHECK_THROWS_AS(topology.insert({0, 0, -kMaxBrick - 1}), UsageError);
+  CHECK(topology.n_bricks() == 1);
 }
 
 TEST_CASE("a grid keeps its values when it grows, and new bricks are 0") {
