@@ -38,10 +38,10 @@ nlohmann::json study_sweep(const StudyOptions& options) {
   for (const std::string& file : options.scene_files) {
     const std::string command = quoted(program) + " " + quoted(fs::absolute(file)) +
                                 " --pitch 45 --azimuth 0:359:1 --size 128x128 --spacing 0.3 -q " +
-                                options.render_flags + " -o " + quoted(folder) + " > /dev/null";
+                                options.render_flags + " -o " + quoted(folder) + " > /dev/null 2>&1";
     const auto sweep = [&] {
       fs::remove_all(folder);
-      if (std::system(command.c_str()) != 0) throw Error("this command failed: " + command);
+      if (std::system(command.c_str()) != 0) throw Error("this command failed, run it to see why: " + command);
     };
     const auto times = run_in_turn({sweep}, std::min(options.rounds, 7));
     results.push_back({{"scene", fs::path(file).stem().string()},
