@@ -57,8 +57,8 @@ class ObjText {
 };
 
 struct Look {
-  std::string wall, roof;    ///< materials; groups are called "wall", "roof" and "floor"
-  std::string group = "";    ///< one group for all faces instead
+  std::string wall, roof;  ///< materials; groups are called "wall", "roof" and "floor"
+  std::string group = "";  ///< one group for all faces instead
 };
 
 /// Solid between two rectangles with sides along X and Z, centred over `foot`.
@@ -84,11 +84,13 @@ void add_box(ObjText& obj, glm::dvec3 foot, glm::dvec3 size, const Look& look) {
 }
 
 /// House whose ridge runs along X.
-void add_house(ObjText& obj, glm::dvec3 foot, glm::dvec3 size, double ridge_height, const Look& look) {
+void add_house(ObjText& obj, glm::dvec3 foot, glm::dvec3 size, double ridge_height,
+               const Look& look) {
   std::array<std::size_t, 10> v;
   for (std::size_t n = 0; n < 8; ++n) {
     const double x = n % 4 == 0 || n % 4 == 3 ? -0.5 * size.x : 0.5 * size.x;
-    v[n] = obj.vertex(foot + glm::dvec3(x, n < 4 ? 0.0 : size.y, n % 4 < 2 ? -0.5 * size.z : 0.5 * size.z));
+    v[n] = obj.vertex(
+        foot + glm::dvec3(x, n < 4 ? 0.0 : size.y, n % 4 < 2 ? -0.5 * size.z : 0.5 * size.z));
   }
   v[8] = obj.vertex(foot + glm::dvec3(-0.5 * size.x, ridge_height, 0.0));
   v[9] = obj.vertex(foot + glm::dvec3(0.5 * size.x, ridge_height, 0.0));
@@ -154,7 +156,8 @@ void write_scene(Files& files, const std::string& name, const Json& scene) {
 }
 
 /// Wall, roof and ground of Fig. 7: three brightnesses, so that each can be told from the others.
-void write_building(Files& files, const std::string& name, double length, double width, double height) {
+void write_building(Files& files, const std::string& name, double length, double width,
+                    double height) {
   ObjText obj;
   add_box(obj, {0, 0, 0}, {length, height, width}, {"wall", "roof"});
   files[name + ".obj"] = obj.text();
@@ -167,7 +170,8 @@ void write_building(Files& files, const std::string& name, double length, double
 }
 
 /// Targets of Fig. 8: no ground, checkered so that views from different sides differ.
-void write_target(Files& files, const std::string& name, const Sizes& s, glm::dvec2 base, glm::dvec2 top) {
+void write_target(Files& files, const std::string& name, const Sizes& s, glm::dvec2 base,
+                  glm::dvec2 top) {
   ObjText obj;
   add_frustum(obj, {0, 0, 0}, base, top, s.height_m, {"checkered", "checkered"});
   files[name + ".obj"] = obj.text();
@@ -227,14 +231,16 @@ Files make_files(const Sizes& s) {
     char times = 0;
     std::istringstream(building) >> width >> times >> height;
     if (!(width > 0.0 && height > 0.0 && times == 'x')) {
-      throw CLI::ValidationError("--buildings", "expected WIDTHxHEIGHT such as 14x8, found " + building);
+      throw CLI::ValidationError("--buildings",
+                                 "expected WIDTHxHEIGHT such as 14x8, found " + building);
     }
     write_building(files, "building_" + building, s.building_length_m, width, height);
   }
   // Wall and roof fill the same ranges when width / height = cot of the incidence (printed 32–34).
   const double incidence_rad = s.coinciding_incidence_deg * std::numbers::pi / 180.0;
-  write_building(files, "building_coinciding_" + decimal(s.coinciding_incidence_deg), s.building_length_m,
-                 s.coinciding_height_m / std::tan(incidence_rad), s.coinciding_height_m);
+  write_building(files, "building_coinciding_" + decimal(s.coinciding_incidence_deg),
+                 s.building_length_m, s.coinciding_height_m / std::tan(incidence_rad),
+                 s.coinciding_height_m);
   const glm::dvec2 cuboid(s.cuboid_m[0], s.cuboid_m[1]);
   const glm::dvec2 wide(s.platform_wide_m), narrow(s.platform_narrow_m);
   write_target(files, "cuboid", s, cuboid, cuboid);
@@ -272,32 +278,48 @@ int main(int argc, char** argv) {
   bool check = false;
   app.add_option("folder", folder, "Where to write")->capture_default_str();
   app.add_flag("--check", check, "Write nothing; fail when a file of the folder differs");
-  app.add_option("--building-length", sizes.building_length_m, "Length of the buildings along X (m)")
-      ->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--buildings", sizes.buildings, "Buildings as WIDTHxHEIGHT (m)")->capture_default_str();
+  app.add_option("--building-length", sizes.building_length_m,
+                 "Length of the buildings along X (m)")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--buildings", sizes.buildings, "Buildings as WIDTHxHEIGHT (m)")
+      ->capture_default_str();
   app.add_option("--coinciding-incidence", sizes.coinciding_incidence_deg,
                  "Incidence at which wall and roof of the fourth building coincide (deg)")
-      ->check(CLI::Range(1.0, 89.0))->capture_default_str();
+      ->check(CLI::Range(1.0, 89.0))
+      ->capture_default_str();
   app.add_option("--coinciding-height", sizes.coinciding_height_m, "Height of that building (m)")
-      ->check(CLI::PositiveNumber)->capture_default_str();
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--cuboid", sizes.cuboid_m, "Sides of the cuboid along X and Z (m)")
-      ->expected(2)->check(CLI::PositiveNumber)->capture_default_str();
+      ->expected(2)
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--platform-wide", sizes.platform_wide_m, "Wide side of the platforms (m)")
-      ->check(CLI::PositiveNumber)->capture_default_str();
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--platform-narrow", sizes.platform_narrow_m, "Narrow side of the platforms (m)")
-      ->check(CLI::PositiveNumber)->capture_default_str();
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--height", sizes.height_m, "Height of cuboid and platforms (m)")
-      ->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--checker-period", sizes.checker_period_m, "Side of a square of their texture (m)")
-      ->check(CLI::PositiveNumber)->capture_default_str();
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--checker-period", sizes.checker_period_m,
+                 "Side of a square of their texture (m)")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--checker-contrast", sizes.checker_contrast, "Contrast of their texture")
-      ->check(CLI::Range(0.0, 1.0))->capture_default_str();
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   app.add_option("--exponent", sizes.exponent, "Exponent of their brightness")
-      ->check(CLI::NonNegativeNumber)->capture_default_str();
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--houses", sizes.n_houses, "Houses of the street")
-      ->check(CLI::Range(1u, 1000u))->capture_default_str();
+      ->check(CLI::Range(1u, 1000u))
+      ->capture_default_str();
   app.add_option("--crown-faces", sizes.crown_faces, "Faces around a tree's crown, an even number")
-      ->check(CLI::Range(6u, 1000u))->capture_default_str();
+      ->check(CLI::Range(6u, 1000u))
+      ->capture_default_str();
   try {
     app.parse(argc, argv);
     const Files files = make_files(sizes);

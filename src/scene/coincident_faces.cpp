@@ -33,8 +33,7 @@ FaceKey key_of(const glm::uvec3& v) {
 class OpposedPairs {
  public:
   OpposedPairs(std::span<const glm::uvec3> triangles, std::size_t n_vertices,
-               const std::vector<bool>& keep,
-               const std::vector<std::uint32_t>& kept_of_pair)
+               const std::vector<bool>& keep, const std::vector<std::uint32_t>& kept_of_pair)
       : regions_(kept_of_pair.size()), is_wall_(kept_of_pair.size(), true) {
     std::vector<std::uint32_t> pair_of(triangles.size(), kNone);
     for (std::uint32_t p = 0; p < kept_of_pair.size(); ++p) pair_of[kept_of_pair[p]] = p;
@@ -79,12 +78,14 @@ void drop_coincident_faces(TriangleSoup& soup, RepairCounts& counts) {
   std::vector<bool> keep(soup.triangles.size(), true);
   std::vector<std::uint32_t> kept_of_pair;
   for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
-    std::stable_sort(filed.begin() + begin[v], filed.begin() + begin[v + 1],
-                     [&](std::uint32_t a, std::uint32_t b) { return key(a).sorted < key(b).sorted; });
+    std::stable_sort(
+        filed.begin() + begin[v], filed.begin() + begin[v + 1],
+        [&](std::uint32_t a, std::uint32_t b) { return key(a).sorted < key(b).sorted; });
     for (std::size_t first = begin[v], last; first < begin[v + 1]; first = last) {
       const FaceKey first_key = key(filed[first]);
       bool opposed = false;
-      for (last = first + 1; last < begin[v + 1] && key(filed[last]).sorted == first_key.sorted; ++last) {
+      for (last = first + 1; last < begin[v + 1] && key(filed[last]).sorted == first_key.sorted;
+           ++last) {
         opposed |= key(filed[last]).odd != first_key.odd;
         keep[filed[last]] = false;
         ++counts.duplicate_faces;

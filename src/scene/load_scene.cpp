@@ -32,7 +32,8 @@ SceneFile describe(const std::filesystem::path& path, const LoadOptions& options
   SceneFile file;
   if (is_scene_file(path)) {
     if (options.up != UpAxis::y || options.units_m != 1.0 || options.scale != 1.0) {
-      throw UsageError(path.string() + ": --up, --units and --scale describe a mesh file; in a scene file "
+      throw UsageError(path.string() +
+                       ": --up, --units and --scale describe a mesh file; in a scene file "
                        "write \"up\", \"units\" and \"scale\" beside each mesh");
     }
     file = read_scene_file(path);
@@ -59,8 +60,8 @@ SceneFile describe(const std::filesystem::path& path, const LoadOptions& options
 }
 
 /// Everything that was read, each file once.
-std::vector<std::filesystem::path> files_of(const std::filesystem::path& path, const SceneFile& file,
-                                            const LoadOptions& options) {
+std::vector<std::filesystem::path> files_of(const std::filesystem::path& path,
+                                            const SceneFile& file, const LoadOptions& options) {
   std::vector<std::filesystem::path> files{path};
   const auto add = [&](const std::filesystem::path& more) {
     if (!more.empty() && std::find(files.begin(), files.end(), more) == files.end()) {
@@ -74,10 +75,11 @@ std::vector<std::filesystem::path> files_of(const std::filesystem::path& path, c
 }
 
 void require_meaning(const LoadOptions& options) {
-  for (const auto& [value, name] : {std::pair(options.units_m, "--units"),
-                                    std::pair(options.scale, "--scale")}) {
+  for (const auto& [value, name] :
+       {std::pair(options.units_m, "--units"), std::pair(options.scale, "--scale")}) {
     if (!(value > 0.0) || !std::isfinite(value)) {
-      throw UsageError(std::string(name) + ": expected a number above 0, found " + number_text(value));
+      throw UsageError(std::string(name) + ": expected a number above 0, found " +
+                       number_text(value));
     }
   }
   if (options.ground_height_m && !std::isfinite(*options.ground_height_m)) {
@@ -102,12 +104,14 @@ class Assembly {
     binding_.bind(entry, soup);
     const NameTable groups = soup.groups;
     RepairCounts counts;
-    RepairedMesh mesh = repair_mesh(std::move(soup), media(), options_.repair, options_.monitor, counts);
+    RepairedMesh mesh =
+        repair_mesh(std::move(soup), media(), options_.repair, options_.monitor, counts);
     for (std::string& note : repair_notes(counts, prefix)) {
       scene_.report.notes.push_back(std::move(note));
     }
     if (mesh.triangles.empty()) {
-      throw InputError(entry.file.string() + ": expected triangles with area, found none; export it again");
+      throw InputError(entry.file.string() +
+                       ": expected triangles with area, found none; export it again");
     }
     warn_about_open_media(entry, mesh);
     append(entry, std::move(mesh), groups);
@@ -134,11 +138,12 @@ class Assembly {
   TriangleSoup read(const MeshEntry& entry, const std::string& prefix) {
     const Clock::time_point start = Clock::now();
     MemoryBudget budget(options_.max_memory_bytes);
-    budget.add_kept(MemoryBudget::mesh_bytes(scene_.mesh.vertices_m.size(), scene_.mesh.triangles.size()));
+    budget.add_kept(
+        MemoryBudget::mesh_bytes(scene_.mesh.vertices_m.size(), scene_.mesh.triangles.size()));
     const std::string bytes = read_file(entry.file, budget);
     budget.add_kept(bytes.size());
-    TriangleSoup soup = read_mesh(
-        entry.file, MeshSource{bytes, entry.file.string(), budget, options_.monitor});
+    TriangleSoup soup =
+        read_mesh(entry.file, MeshSource{bytes, entry.file.string(), budget, options_.monitor});
     scene_.report.read_s += seconds_since(start);
 
     if (soup.n_ignored_faces > 0) {
@@ -149,7 +154,8 @@ class Assembly {
     if (soup.n_tangled_faces > 0) {
       scene_.report.warnings.push_back(
           prefix + counted(soup.n_tangled_faces, "polygon crosses", "polygons cross") +
-          " their own outline and may be cut the wrong way; triangulate the mesh where it was made");
+          " their own outline and may be cut the wrong way; triangulate the mesh where it was "
+          "made");
     }
     require_reach(entry, soup);
     return soup;
@@ -187,7 +193,8 @@ class Assembly {
         std::numeric_limits<std::uint32_t>::max()) {
       throw InputError(entry.place + ": the meshes together have more than 4,294,967,295 vertices");
     }
-    scene_.objects.push_back({entry.file.filename().string(), rigid_inverse(entry.world_from_object)});
+    scene_.objects.push_back(
+        {entry.file.filename().string(), rigid_inverse(entry.world_from_object)});
     for (const bool closed : mesh.closed) scene_.pieces.push_back({closed, object});
 
     const glm::dmat3 axes(world_from_axes(entry.up));
@@ -241,7 +248,8 @@ Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) 
   require_meaning(options);
   const SceneFile file = describe(path, options);
   if (file.meshes.empty() && !file.ground) {
-    throw InputError(path.string() + ": expected a mesh or a ground, found neither; add one to \"meshes\"");
+    throw InputError(path.string() +
+                     ": expected a mesh or a ground, found neither; add one to \"meshes\"");
   }
   Assembly assembly(file, options);
   for (const MeshEntry& entry : file.meshes) assembly.add(entry);

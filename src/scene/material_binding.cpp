@@ -69,7 +69,8 @@ void MaterialBinding::bind(const MeshEntry& entry, TriangleSoup& soup) {
     names_in_mesh.erase("");
     const std::vector<std::string> present(names_in_mesh.begin(), names_in_mesh.end());
     report_.warnings.push_back(
-        entry.place + ".materials: no face of the mesh has the material or group " + in_quotes(name) +
+        entry.place + ".materials: no face of the mesh has the material or group " +
+        in_quotes(name) +
         (present.empty() ? "; the mesh names none" : "; it has: " + listed(present, 10)));
   }
   if (unknown.empty()) return;

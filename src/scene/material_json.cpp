@@ -36,8 +36,9 @@ Material parse_material(const std::string& name, const JsonView& json) {
 
   if (material.opaque) {
     if (has_volume) {
-      json.fail("an opaque material takes gamma0, exponent and texture, not extinction or scattering; "
-                "for a translucent one write \"opaque\": false and only the latter");
+      json.fail(
+          "an opaque material takes gamma0, exponent and texture, not extinction or scattering; "
+          "for a translucent one write \"opaque\": false and only the latter");
     }
     if (const auto gamma0 = json.find("gamma0")) material.gamma0 = gamma0->number_at_least(0.0);
     if (const auto p = json.find("exponent")) material.exponent = p->number_at_least(0.0);
@@ -47,8 +48,9 @@ Material parse_material(const std::string& name, const JsonView& json) {
 
   for (const char* key : {"gamma0", "exponent", "texture"}) {
     if (json.has(key)) {
-      json.fail(std::string("a translucent material takes extinction_per_m and scattering_per_m, not ") +
-                key + "; remove it, or the extinction and scattering for an opaque material");
+      json.fail(
+          std::string("a translucent material takes extinction_per_m and scattering_per_m, not ") +
+          key + "; remove it, or the extinction and scattering for an opaque material");
     }
   }
   material.extinction_per_m = json.at("extinction_per_m").number_at_least(0.0);

@@ -11,11 +11,21 @@ namespace sarnerf {
 namespace {
 
 constexpr std::array<std::pair<std::string_view, PlyType>, 16> kTypes = {{
-    {"char", PlyType::int8},     {"int8", PlyType::int8},       {"uchar", PlyType::uint8},
-    {"uint8", PlyType::uint8},   {"short", PlyType::int16},     {"int16", PlyType::int16},
-    {"ushort", PlyType::uint16}, {"uint16", PlyType::uint16},   {"int", PlyType::int32},
-    {"int32", PlyType::int32},   {"uint", PlyType::uint32},     {"uint32", PlyType::uint32},
-    {"float", PlyType::float32}, {"float32", PlyType::float32}, {"double", PlyType::float64},
+    {"char", PlyType::int8},
+    {"int8", PlyType::int8},
+    {"uchar", PlyType::uint8},
+    {"uint8", PlyType::uint8},
+    {"short", PlyType::int16},
+    {"int16", PlyType::int16},
+    {"ushort", PlyType::uint16},
+    {"uint16", PlyType::uint16},
+    {"int", PlyType::int32},
+    {"int32", PlyType::int32},
+    {"uint", PlyType::uint32},
+    {"uint32", PlyType::uint32},
+    {"float", PlyType::float32},
+    {"float32", PlyType::float32},
+    {"double", PlyType::float64},
     {"float64", PlyType::float64},
 }};
 
@@ -50,7 +60,8 @@ class HeaderParser {
         expected("format, element, property, comment or end_header", keyword);
       }
     }
-    if (!has_format) fail_at_line(source_, cursor_.line_number(), "the header has no line 'format'");
+    if (!has_format)
+      fail_at_line(source_, cursor_.line_number(), "the header has no line 'format'");
     header_.body_begin = cursor_.position();
     header_.n_lines = cursor_.line_number();
     check_counts();
@@ -59,7 +70,8 @@ class HeaderParser {
 
  private:
   [[noreturn]] void expected(const std::string& what, std::string_view found) const {
-    fail_at_line(source_, cursor_.line_number(), "expected " + what + ", found " + in_quotes(found));
+    fail_at_line(source_, cursor_.line_number(),
+                 "expected " + what + ", found " + in_quotes(found));
   }
 
   void parse_format(std::string_view rest) {
@@ -94,7 +106,8 @@ class HeaderParser {
       const bool is_real = type == PlyType::float32 || type == PlyType::float64;
       if (name == token && !(integral && is_real)) return type;
     }
-    expected(integral ? "an integer type for a list's length" : "a type such as float or int", token);
+    expected(integral ? "an integer type for a list's length" : "a type such as float or int",
+             token);
   }
 
   void parse_property(std::string_view rest) {
@@ -141,13 +154,17 @@ class HeaderParser {
 std::size_t byte_size(PlyType type) {
   switch (type) {
     case PlyType::int8:
-    case PlyType::uint8: return 1;
+    case PlyType::uint8:
+      return 1;
     case PlyType::int16:
-    case PlyType::uint16: return 2;
+    case PlyType::uint16:
+      return 2;
     case PlyType::int32:
     case PlyType::uint32:
-    case PlyType::float32: return 4;
-    case PlyType::float64: break;
+    case PlyType::float32:
+      return 4;
+    case PlyType::float64:
+      break;
   }
   return 8;
 }

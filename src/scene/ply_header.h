@@ -17,7 +17,7 @@ std::size_t byte_size(PlyType type);
 
 struct PlyProperty {
   std::string name;
-  PlyType type = PlyType::float32;          ///< of the value, or of each value of a list
+  PlyType type = PlyType::float32;         ///< of the value, or of each value of a list
   std::optional<PlyType> list_count_type;  ///< set for lists
 
   /// Bytes that it takes in a binary file when its list is empty.

@@ -86,10 +86,11 @@ std::uint32_t vertex_index(const MeshSource& source, std::uint64_t line, std::st
   const std::int64_t index =
       *number < 0 ? static_cast<std::int64_t>(n_so_far) + *number : *number - 1;
   if (*number == 0 || index < 0 || static_cast<std::uint64_t>(index) >= n_vertices) {
-    fail_at_line(source, line, "the face names vertex " + std::to_string(*number) +
-                                   ", but the file has vertices 1 to " + std::to_string(n_vertices) +
-                                   (*number < 0 ? ", " + std::to_string(n_so_far) + " of them before it" : "") +
-                                   "; the file is damaged or cut off");
+    fail_at_line(source, line,
+                 "the face names vertex " + std::to_string(*number) +
+                     ", but the file has vertices 1 to " + std::to_string(n_vertices) +
+                     (*number < 0 ? ", " + std::to_string(n_so_far) + " of them before it" : "") +
+                     "; the file is damaged or cut off");
   }
   return static_cast<std::uint32_t>(index);
 }

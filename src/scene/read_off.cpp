@@ -90,7 +90,8 @@ TriangleSoup read_off(const MeshSource& source) {
       const std::string_view token = take_token(rest);
       const std::optional<double> value = parse_real(token);
       if (!value) {
-        fail_at_line(source, lines.number(), "expected three coordinates, found " + in_quotes(token));
+        fail_at_line(source, lines.number(),
+                     "expected three coordinates, found " + in_quotes(token));
       }
       vertex[axis] = *value;
     }
@@ -116,8 +117,8 @@ TriangleSoup read_off(const MeshSource& source) {
       const std::optional<std::int64_t> index = parse_integer(token);
       if (!index) {
         fail_at_line(source, lines.number(),
-                     "expected " + counted(n_corners, "vertex index", "vertex indices") + ", found " +
-                         (token.empty() ? "the end of the line" : in_quotes(token)));
+                     "expected " + counted(n_corners, "vertex index", "vertex indices") +
+                         ", found " + (token.empty() ? "the end of the line" : in_quotes(token)));
       }
       if (*index < 0 || static_cast<std::uint64_t>(*index) >= n_vertices) {
         fail_at_line(source, lines.number(),

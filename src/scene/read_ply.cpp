@@ -27,7 +27,8 @@ class PlyBody {
       const std::optional<double> value = parse_real(token);
       if (!value) {
         fail_at_line(source_, header_lines_ + text_.line_number(),
-                     "expected a number of " + element.name + " " + std::to_string(index) + ", found " +
+                     "expected a number of " + element.name + " " + std::to_string(index) +
+                         ", found " +
                          (token.empty() ? "the end of the file; it is cut off or damaged"
                                         : in_quotes(token)));
       }
@@ -55,8 +56,9 @@ class PlyBody {
     const std::size_t least = encoding_ == PlyEncoding::ascii ? 2 : byte_size(property.type);
     if (!(length >= 0.0) || length != std::floor(length) ||
         length > static_cast<double>((remaining() + 1) / least)) {
-      fail(source_, element.name + " " + std::to_string(index) + ": a list of " + number_text(length) +
-                        " values, but " + counted(remaining(), "byte is", "bytes are") +
+      fail(source_, element.name + " " + std::to_string(index) + ": a list of " +
+                        number_text(length) + " values, but " +
+                        counted(remaining(), "byte is", "bytes are") +
                         " left; the file is damaged");
     }
     return static_cast<std::size_t>(length);
@@ -69,12 +71,18 @@ class PlyBody {
  private:
   static double value_of(std::uint64_t bits, PlyType type) {
     switch (type) {
-      case PlyType::int8: return static_cast<std::int8_t>(bits);
-      case PlyType::int16: return static_cast<std::int16_t>(bits);
-      case PlyType::int32: return static_cast<std::int32_t>(bits);
-      case PlyType::float32: return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
-      case PlyType::float64: return std::bit_cast<double>(bits);
-      default: return static_cast<double>(bits);
+      case PlyType::int8:
+        return static_cast<std::int8_t>(bits);
+      case PlyType::int16:
+        return static_cast<std::int16_t>(bits);
+      case PlyType::int32:
+        return static_cast<std::int32_t>(bits);
+      case PlyType::float32:
+        return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
+      case PlyType::float64:
+        return std::bit_cast<double>(bits);
+      default:
+        return static_cast<double>(bits);
     }
   }
   std::size_t remaining() const { return body_.size() - position(); }
@@ -115,7 +123,8 @@ void read_vertices(const MeshSource& source, PlyBody& body, ReadProgress& progre
         vertex[axis_of[n]] = body.next(element.properties[n].type, element, index);
       }
     }
-    if (!is_finite(vertex)) fail(source, "vertex " + std::to_string(index) + ": " + not_finite(vertex));
+    if (!is_finite(vertex))
+      fail(source, "vertex " + std::to_string(index) + ": " + not_finite(vertex));
     soup.vertices.push_back(vertex);
   }
 }
@@ -124,8 +133,9 @@ void read_faces(const MeshSource& source, PlyBody& body, ReadProgress& progress,
                 const PlyElement& element, std::uint64_t n_vertices, TriangleSoup& soup) {
   const std::optional<std::size_t> corner_list = element.find("vertex_indices", "vertex_index");
   if (!corner_list || !element.properties[*corner_list].list_count_type) {
-    fail(source, "expected faces with a list vertex_indices, found none; "
-                 "triangle strips need to be converted to faces");
+    fail(source,
+         "expected faces with a list vertex_indices, found none; "
+         "triangle strips need to be converted to faces");
   }
   const std::size_t none = element.properties.size();
   std::size_t material_id =

@@ -76,9 +76,10 @@ TriangleSoup read_ascii(const MeshSource& source) {
   std::uint64_t n_corners = 0;
   bool in_facet = false;
   const auto unexpected = [&](const std::string& expected, std::string_view found) {
-    fail_at_line(source, cursor.line_number(),
-                 "expected " + expected + ", found " +
-                     (found.empty() ? "the end of the file; it is cut off or damaged" : in_quotes(found)));
+    fail_at_line(
+        source, cursor.line_number(),
+        "expected " + expected + ", found " +
+            (found.empty() ? "the end of the file; it is cut off or damaged" : in_quotes(found)));
   };
 
   for (std::string_view word = cursor.next_token(); !word.empty(); word = cursor.next_token()) {

@@ -43,29 +43,33 @@ void fail_at_line(const MeshSource& source, std::uint64_t line, const std::strin
 
 void require_countable(const MeshSource& source, std::uint64_t n_vertices) {
   if (n_vertices > std::numeric_limits<std::uint32_t>::max()) {
-    fail(source, with_thousands(n_vertices) + " vertices, but at most 4,294,967,295 can be told apart; "
-                 "cut the mesh into several files and list them in a scene file");
+    fail(source, with_thousands(n_vertices) +
+                     " vertices, but at most 4,294,967,295 can be told apart; "
+                     "cut the mesh into several files and list them in a scene file");
   }
 }
 
 TriangleSoup with_triangles(const MeshSource& source, TriangleSoup soup) {
   // Sides of triangles are counted in 32 bits.
   if (soup.triangles.size() > std::numeric_limits<std::uint32_t>::max() / 4) {
-    fail(source, with_thousands(soup.triangles.size()) + " triangles, but at most 1,073,741,823 can be "
-                 "told apart; cut the mesh into several files and list them in a scene file");
+    fail(source, with_thousands(soup.triangles.size()) +
+                     " triangles, but at most 1,073,741,823 can be "
+                     "told apart; cut the mesh into several files and list them in a scene file");
   }
   if (!soup.triangles.empty()) return soup;
   std::string found = counted(soup.vertices.size(), "vertex", "vertices");
   if (soup.n_ignored_faces > 0) {
-    found += " and " + counted(soup.n_ignored_faces, "face", "faces") + " of fewer than three corners";
+    found +=
+        " and " + counted(soup.n_ignored_faces, "face", "faces") + " of fewer than three corners";
   }
   fail(source, "expected triangles, found " + found +
                    " and no surface; point clouds need a mesh made from them first");
 }
 
 std::string not_finite(const glm::dvec3& vertex) {
-  return "expected a finite vertex, found (" + number_text(vertex.x) + ", " + number_text(vertex.y) +
-         ", " + number_text(vertex.z) + "); remove it and the faces that use it, or export again";
+  return "expected a finite vertex, found (" + number_text(vertex.x) + ", " +
+         number_text(vertex.y) + ", " + number_text(vertex.z) +
+         "); remove it and the faces that use it, or export again";
 }
 
 bool is_mesh_file(const std::filesystem::path& path) { return reader_of(path) != nullptr; }
@@ -74,7 +78,8 @@ TriangleSoup read_mesh(const std::filesystem::path& path, const MeshSource& sour
   const Reader reader = reader_of(path);
   if (reader == nullptr) {
     fail(source, "expected a file ending in .obj, .ply, .stl, .off or .json, found " +
-                     in_quotes(path.extension().string()) + "; convert the mesh or rename the file");
+                     in_quotes(path.extension().string()) +
+                     "; convert the mesh or rename the file");
   }
   return reader(source);
 }

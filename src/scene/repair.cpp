@@ -7,6 +7,7 @@
 #include "coincident_faces.h"
 #include "edges.h"
 #include "pieces.h"
+#include "stitch.h"
 #include "text.h"
 #include "weld.h"
 
@@ -138,6 +139,23 @@ void drop_flat_faces(RepairedMesh& mesh, std::vector<PieceShape>& pieces, Repair
   pieces = std::move(kept_pieces);
 }
 
+/// Drops vertices that no triangle uses any more.
+void drop_unused_vertices(RepairedMesh& mesh) {
+  constexpr std::uint32_t kUnused = 0xffffffffu;
+  std::vector<std::uint32_t> renumbered(mesh.vertices.size(), kUnused);
+  for (const glm::uvec3& t : mesh.triangles)
+    renumbered[t.x] = renumbered[t.y] = renumbered[t.z] = 0;
+  std::uint32_t kept = 0;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (renumbered[v] == kUnused) continue;
+    mesh.vertices[kept] = mesh.vertices[v];
+    renumbered[v] = kept++;
+  }
+  if (kept == mesh.vertices.size()) return;
+  mesh.vertices.resize(kept);
+  for (glm::uvec3& t : mesh.triangles) t = {renumbered[t.x], renumbered[t.y], renumbered[t.z]};
+}
+
 }  // namespace
 
 RepairedMesh repair_mesh(TriangleSoup soup, std::span<const std::uint32_t> medium_of_material,
@@ -152,6 +170,8 @@ RepairedMesh repair_mesh(TriangleSoup soup, std::span<const std::uint32_t> mediu
   step(1);
   if (mend) {
     counts.repeated_corner_faces = drop_repeated_corners(soup);
+    counts.stitched_vertices = stitch_borders(soup, medium_of_material);
+    if (counts.stitched_vertices > 0) counts.repeated_corner_faces += drop_repeated_corners(soup);
     drop_coincident_faces(soup, counts);
   }
   step(2);
@@ -167,6 +187,7 @@ RepairedMesh repair_mesh(TriangleSoup soup, std::span<const std::uint32_t> mediu
   if (mend) {
     face_outward(mesh, pieces, medium_of_material, monitor, counts);
     drop_flat_faces(mesh, pieces, counts);
+    drop_unused_vertices(mesh);
   } else {
     for (PieceShape& piece : pieces) piece.closed &= piece.signed_volume > 0.0;
   }
@@ -186,8 +207,11 @@ std::vector<std::string> repair_notes(const RepairCounts& counts, const std::str
   const auto faces = [](std::uint64_t count) { return counted(count, "face", "faces"); };
   note(counts.merged_vertices,
        "merged " + counted(counts.merged_vertices, "duplicate vertex", "duplicate vertices"));
-  note(counts.repeated_corner_faces,
-       "dropped " + faces(counts.repeated_corner_faces) + " with fewer than three different corners");
+  note(counts.stitched_vertices, "joined " +
+                                     counted(counts.stitched_vertices, "vertex", "vertices") +
+                                     " of open borders to others that only rounding separates");
+  note(counts.repeated_corner_faces, "dropped " + faces(counts.repeated_corner_faces) +
+                                         " with fewer than three different corners");
   note(counts.flat_faces, "dropped " + faces(counts.flat_faces) + " without area");
   note(counts.duplicate_faces,
        "dropped " + counted(counts.duplicate_faces, "duplicate face", "duplicate faces"));
@@ -201,10 +225,10 @@ std::vector<std::string> repair_notes(const RepairCounts& counts, const std::str
        "turned " + counted(counts.turned_pieces, "piece", "pieces") + " outward");
   note(counts.cavities, "kept " + counted(counts.cavities, "piece", "pieces") +
                             " as drawn: inside out within another one, so a cavity");
-  note(counts.shell_pieces,
-       faces(counts.shell_faces) + " in " +
-           counted(counts.shell_pieces, "open piece", "open pieces") +
-           (counts.shell_faces == 1 ? " is treated as a thin shell" : " are treated as thin shells"));
+  note(counts.shell_pieces, faces(counts.shell_faces) + " in " +
+                                counted(counts.shell_pieces, "open piece", "open pieces") +
+                                (counts.shell_faces == 1 ? " is treated as a thin shell"
+                                                         : " are treated as thin shells"));
   return notes;
 }
 

@@ -25,13 +25,14 @@ struct RepairedMesh {
 /// What repair met; each figure that is not zero becomes a line of the report.
 struct RepairCounts {
   std::uint64_t merged_vertices = 0;
+  std::uint64_t stitched_vertices = 0;
   std::uint64_t repeated_corner_faces = 0;
   std::uint64_t flat_faces = 0;
   std::uint64_t duplicate_faces = 0;
-  std::uint64_t interior_faces = 0;      ///< walls between solids that touch
-  std::uint64_t split_edges = 0;         ///< shared by three or more faces
-  std::uint64_t turned_faces = 0;        ///< to agree with their neighbours
-  std::uint64_t turned_pieces = 0;       ///< to face outward
+  std::uint64_t interior_faces = 0;  ///< walls between solids that touch
+  std::uint64_t split_edges = 0;     ///< shared by three or more faces
+  std::uint64_t turned_faces = 0;    ///< to agree with their neighbours
+  std::uint64_t turned_pieces = 0;   ///< to face outward
   std::uint64_t cavities = 0;
   std::uint64_t shell_pieces = 0;
   std::uint64_t shell_faces = 0;
@@ -40,7 +41,8 @@ struct RepairCounts {
 
 /// Welds, cleans and orients a mesh:
 ///
-/// - vertices at the same place become one; faces with a repeated corner and duplicate faces go;
+/// - vertices at the same place become one, and those of open borders that only rounding separates (see
+///   stitch_borders()); faces with a repeated corner and duplicate faces go;
 /// - two faces on the same corners that look opposite ways are either the wall between two solids that
 ///   touch there, and both go, or a sheet drawn from both sides, and one stays;
 /// - edges shared by more than two faces are split, faces turned until neighbours agree;
@@ -52,8 +54,8 @@ struct RepairCounts {
 /// Faces of different media never share a piece: `medium_of_material` is 0 for opaque materials and
 /// another number for each translucent one, so that each medium has a boundary of its own.
 /// With `mend` false faces stay as they are, and only pieces that are closed, consistent and outward as
-/// drawn count as solids. Exact: coordinates are compared, never moved. A million triangles take about
-/// a second.
+/// drawn count as solids. A million triangles take about a second, and up to five where every face needs
+/// turning.
 RepairedMesh repair_mesh(TriangleSoup soup, std::span<const std::uint32_t> medium_of_material,
                          bool mend, const Monitor& monitor, RepairCounts& counts);
 

@@ -17,10 +17,11 @@ void require_reach(const MeshEntry& entry, const TriangleSoup& soup) {
   for (const glm::dvec3& vertex : soup.vertices) {
     const glm::dvec3 size = glm::abs(vertex) * entry.metres_per_unit;
     if (glm::all(glm::lessThan(size, glm::dvec3(kFarthest_m)))) continue;
-    throw InputError(entry.file.string() + ": expected coordinates within " + number_text(kFarthest_m) +
-                     " m, found a vertex at (" + number_text(vertex.x) + ", " + number_text(vertex.y) +
-                     ", " + number_text(vertex.z) + ") in units of " +
-                     number_text(entry.metres_per_unit) + " m; correct it, or choose other --units");
+    throw InputError(entry.file.string() + ": expected coordinates within " +
+                     number_text(kFarthest_m) + " m, found a vertex at (" + number_text(vertex.x) +
+                     ", " + number_text(vertex.y) + ", " + number_text(vertex.z) +
+                     ") in units of " + number_text(entry.metres_per_unit) +
+                     " m; correct it, or choose other --units");
   }
 }
 
@@ -29,10 +30,10 @@ void warn_about_size(Scene& scene) {
   const double diagonal_m = glm::length(scene.box.size());
   if (diagonal_m < kSmallest_m || diagonal_m > kLargest_m) {
     const double rounded_m = static_cast<double>(static_cast<float>(diagonal_m));
-    scene.report.warnings.push_back(
-        std::string("the scene measures ") + number_text(rounded_m) +
-        " m from corner to corner, which is suspiciously " +
-        (diagonal_m < kSmallest_m ? "small" : "large") + "; set its units with --units or --scale");
+    scene.report.warnings.push_back(std::string("the scene measures ") + number_text(rounded_m) +
+                                    " m from corner to corner, which is suspiciously " +
+                                    (diagonal_m < kSmallest_m ? "small" : "large") +
+                                    "; set its units with --units or --scale");
   }
   if (scene.ground && scene.ground->height_m >= scene.box.max.y) {
     scene.report.warnings.push_back("the ground at " + number_text(scene.ground->height_m) +

@@ -62,8 +62,8 @@ glm::dmat4 parse_rotation(const JsonView& json) {
 }
 
 MeshEntry parse_mesh(const JsonView& json, const std::filesystem::path& folder, UpAxis scene_up) {
-  json.only_keys({"file", "up", "units", "scale", "rotate_deg", "translate_m", "material",
-                  "materials"});
+  json.only_keys(
+      {"file", "up", "units", "scale", "rotate_deg", "translate_m", "material", "materials"});
   MeshEntry entry;
   entry.place = json.place();
   const JsonView file = json.at("file");
@@ -75,7 +75,8 @@ MeshEntry parse_mesh(const JsonView& json, const std::filesystem::path& folder, 
   if (const auto scale = json.find("scale")) entry.metres_per_unit *= scale->number_above(0.0);
 
   glm::dmat4 placement(1.0);
-  if (const auto move = json.find("translate_m")) placement = glm::translate(placement, move->vector());
+  if (const auto move = json.find("translate_m"))
+    placement = glm::translate(placement, move->vector());
   if (const auto turn = json.find("rotate_deg")) placement = placement * parse_rotation(*turn);
   const glm::dmat4 axes = world_from_axes(scene_up);
   entry.world_from_object = axes * placement * glm::transpose(axes);
@@ -106,7 +107,8 @@ SceneFile read_scene_file(const std::filesystem::path& path) {
   const std::string name = path.string();
   const nlohmann::json json = parse_json(read_file(path, MemoryBudget{}), name);
   const JsonView document(json, name);
-  document.only_keys({"format", "version", "up", "meshes", "materials_file", "materials", "ground"});
+  document.only_keys(
+      {"format", "version", "up", "meshes", "materials_file", "materials", "ground"});
   document.require_format("sarnerf-scene", 1);
 
   SceneFile scene;

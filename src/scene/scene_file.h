@@ -15,10 +15,10 @@ namespace sarnerf {
 /// One mesh file and how it is placed; what a `.json` scene says about it, or the command line.
 struct MeshEntry {
   std::filesystem::path file;
-  std::string place;            ///< for messages: "street.json: meshes[2]"
-  UpAxis up = UpAxis::y;        ///< of the mesh file
-  double metres_per_unit = 1.0; ///< units and scale together
-  glm::dmat4 world_from_object{1.0};  ///< rigid; object coordinates are metres with Y up
+  std::string place;                             ///< for messages: "street.json: meshes[2]"
+  UpAxis up = UpAxis::y;                         ///< of the mesh file
+  double metres_per_unit = 1.0;                  ///< units and scale together
+  glm::dmat4 world_from_object{1.0};             ///< rigid; object coordinates are metres with Y up
   std::optional<std::string> material;           ///< for faces that `materials` does not name
   std::map<std::string, std::string> materials;  ///< material or group of the file → library name
 };

@@ -47,8 +47,8 @@ class PolygonCutter {
   bool is_ear(std::size_t before, std::size_t tip, std::size_t after) const;
 
   TriangleSoup& soup_;
-  std::vector<std::uint32_t> ring_;    ///< corners still to be cut
-  std::vector<glm::dvec2> flat_;       ///< where they lie in the plane, counter-clockwise
+  std::vector<std::uint32_t> ring_;  ///< corners still to be cut
+  std::vector<glm::dvec2> flat_;     ///< where they lie in the plane, counter-clockwise
 };
 
 }  // namespace sarnerf

@@ -17,7 +17,8 @@ namespace sarnerf::test {
 class ScratchFolder {
  public:
   ScratchFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "sarnerf-scene-XXXXXX").string();
+    std::string pattern =
+        (std::filesystem::temp_directory_path() / "sarnerf-scene-XXXXXX").string();
     path_ = ::mkdtemp(pattern.data());
   }
   ~ScratchFolder() {
@@ -62,7 +63,8 @@ inline bool has_line(const std::vector<std::string>& lines, std::string_view par
 }
 
 /// Scene of one file given as text.
-inline Scene load_text(const std::string& name, std::string_view text, const LoadOptions& options = {}) {
+inline Scene load_text(const std::string& name, std::string_view text,
+                       const LoadOptions& options = {}) {
   const ScratchFolder folder;
   return load_scene(folder.write(name, text), options);
 }

@@ -29,7 +29,8 @@ bool says(const std::string& message, std::initializer_list<std::string_view> pa
 }
 
 constexpr const char* kPlyHead =
-    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+    "z\n"
     "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
 
 }  // namespace
@@ -47,15 +48,20 @@ TEST_CASE("Missing, empty and strange files") {
 }
 
 TEST_CASE("OBJ that cannot be used") {
-  CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0\nf 1 2 3\n"), {"a.obj:2:", "three coordinates", "end of the line"}));
+  CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0\nf 1 2 3\n"),
+             {"a.obj:2:", "three coordinates", "end of the line"}));
   CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 x 0\n"), {"a.obj:2:", "'x'"}));
-  CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n"), {"a.obj:2:", "finite", "nan"}));
+  CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n"),
+             {"a.obj:2:", "finite", "nan"}));
   CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 1e999 0\n"), {"a.obj:2:", "finite", "inf"}));
-  CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"), {"a.obj:4:", "vertex 9", "1 to 3"}));
+  CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"),
+             {"a.obj:4:", "vertex 9", "1 to 3"}));
   CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n"), {"a.obj:4:", "vertex -4"}));
   CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n"), {"a.obj:4:", "vertex 0"}));
-  CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 y\n"), {"a.obj:4:", "vertex index", "'y'"}));
-  CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0 0\n"), {"a.obj", "expected triangles", "2 vertices"}));
+  CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 y\n"),
+             {"a.obj:4:", "vertex index", "'y'"}));
+  CHECK(
+      says(refusal("a.obj", "v 0 0 0\nv 1 0 0\n"), {"a.obj", "expected triangles", "2 vertices"}));
   CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n"), {"fewer than three corners"}));
   CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"), {"triangles with area"}));
   CHECK(says(refusal("a.obj", std::string("\0\x01\x02zzz\n", 7)), {"expected triangles"}));
@@ -65,28 +71,40 @@ TEST_CASE("OBJ that cannot be used") {
 TEST_CASE("PLY that cannot be used") {
   const std::string head = kPlyHead;
   CHECK(says(refusal("a.ply", "plx\n"), {"a.ply:1:", "'ply'"}));
-  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\n"), {"end_header", "end of the file"}));
+  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\n"),
+             {"end_header", "end of the file"}));
   CHECK(says(refusal("a.ply", "ply\nformat ebcdic 1.0\nend_header\n"), {"a.ply:2:", "'ebcdic'"}));
-  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex -3\nend_header\n"), {"a.ply:3:", "'-3'"}));
-  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n"), {"a.ply:4:", "'real'"}));
+  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex -3\nend_header\n"),
+             {"a.ply:3:", "'-3'"}));
+  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty real x\n"),
+             {"a.ply:4:", "'real'"}));
   CHECK(says(refusal("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n"), {"face 0", "end of the file"}));
-  CHECK(says(refusal("a.ply", head + "0 0 0\n1 0 0\n0 1 q\n3 0 1 2\n"), {"a.ply:12:", "vertex 2", "'q'"}));
-  CHECK(says(refusal("a.ply", head + "0 0 0\n1 0 0\n0 inf 0\n3 0 1 2\n"), {"vertex 2", "finite", "inf"}));
-  CHECK(says(refusal("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), {"face 0", "vertex 3", "0 to 2"}));
+  CHECK(says(refusal("a.ply", head + "0 0 0\n1 0 0\n0 1 q\n3 0 1 2\n"),
+             {"a.ply:12:", "vertex 2", "'q'"}));
+  CHECK(says(refusal("a.ply", head + "0 0 0\n1 0 0\n0 inf 0\n3 0 1 2\n"),
+             {"vertex 2", "finite", "inf"}));
+  CHECK(says(refusal("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"),
+             {"face 0", "vertex 3", "0 to 2"}));
   CHECK(says(refusal("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), {"face 0", "vertex -1"}));
   CHECK(says(refusal("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n200 0 1 2\n"), {"face 0", "200"}));
-  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-                              "property float z\nend_header\n0 0 0\n"), {"expected triangles", "1 vertex"}));
+  CHECK(says(refusal("a.ply",
+                     "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                     "property float z\nend_header\n0 0 0\n"),
+             {"expected triangles", "1 vertex"}));
 }
 
 TEST_CASE("Counts are not believed") {
   const std::string huge = "18446744073709551615", large = "4000000000";
-  CHECK(says(refusal("a.ply", "ply\nformat binary_little_endian 1.0\nelement vertex " + large +
-                                  "\nproperty double x\nproperty double y\nproperty double z\nend_header\n"),
+  CHECK(says(refusal("a.ply",
+                     "ply\nformat binary_little_endian 1.0\nelement vertex " + large +
+                         "\nproperty double x\nproperty double y\nproperty double z\nend_header\n"),
              {"promises 4,000,000,000", "0 bytes follow"}));
-  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex " + huge + "\nend_header\n"), {huge}));
-  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nelement face 1\n"
-                              "property list int int vertex_indices\nend_header\n3 0 1 2\n"), {"a.ply"}));
+  CHECK(says(refusal("a.ply", "ply\nformat ascii 1.0\nelement vertex " + huge + "\nend_header\n"),
+             {huge}));
+  CHECK(says(refusal("a.ply",
+                     "ply\nformat ascii 1.0\nelement vertex 4000000000\nelement face 1\n"
+                     "property list int int vertex_indices\nend_header\n3 0 1 2\n"),
+             {"a.ply"}));
   CHECK(says(refusal("a.off", "OFF\n" + large + " 1 0\n0 0 0\n"), {"promises 4,000,000,000"}));
   CHECK(says(refusal("a.off", "OFF\n1 " + large + " 0\n0 0 0\n"), {"promises 4,000,000,000"}));
   std::string stl(80, ' ');
@@ -96,14 +114,17 @@ TEST_CASE("Counts are not believed") {
 
 TEST_CASE("STL and OFF that cannot be used") {
   CHECK(says(refusal("a.stl", "hello"), {"84", "5 bytes"}));
-  CHECK(says(refusal("a.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"),
-             {"a.stl:5:", "'endfacet'", "end of the file"}));
-  CHECK(says(refusal("a.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 nan\n"), {"a.stl:4:", "finite"}));
+  CHECK(says(
+      refusal("a.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"),
+      {"a.stl:5:", "'endfacet'", "end of the file"}));
+  CHECK(says(refusal("a.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 nan\n"),
+             {"a.stl:4:", "finite"}));
   CHECK(says(refusal("a.stl", "solid x\nendsolid x\n"), {"expected triangles"}));
   CHECK(says(refusal("a.off", "OFX\n"), {"a.off:1:", "'OFX'"}));
   CHECK(says(refusal("a.off", "4OFF\n1 1 0\n"), {"four-dimensional"}));
   CHECK(says(refusal("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n"), {"a.off"}));
-  CHECK(says(refusal("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"), {"a.off:6:", "vertex 7", "0 to 2"}));
+  CHECK(says(refusal("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"),
+             {"a.off:6:", "vertex 7", "0 to 2"}));
   CHECK(says(refusal("a.off", "OFF\n3 1 0\n0 0 0\n1 0 z\n0 1 0\n3 0 1 2\n"), {"a.off:4:", "'z'"}));
 }
 
@@ -112,11 +133,13 @@ TEST_CASE("Damaged bytes are refused or read, never worse") {
   ObjBuilder obj;
   obj.cube({0, 0, 0}, 1.0);
   const std::string ply = std::string(kPlyHead) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
-  std::string binary = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-                       "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string binary =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
   binary += std::string(36, '\x10') + "\x03" + std::string("\0\0\0\0\1\0\0\0\2\0\0\0", 12);
-  const std::string stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
-                          "endloop\nendfacet\nendsolid a\n";
+  const std::string stl =
+      "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+      "endloop\nendfacet\nendsolid a\n";
   const std::string off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
   const std::vector<std::pair<std::string, std::string>> files = {
       {"a.obj", obj.text()}, {"a.ply", ply}, {"b.ply", binary}, {"a.stl", stl}, {"a.off", off}};
@@ -130,7 +153,8 @@ TEST_CASE("Damaged bytes are refused or read, never worse") {
         bytes[random() % bytes.size()] = static_cast<char>(random());
       }
       try {
-        const TriangleSoup soup = read_mesh(name, MeshSource{bytes, name, MemoryBudget{}, Monitor{}});
+        const TriangleSoup soup =
+            read_mesh(name, MeshSource{bytes, name, MemoryBudget{}, Monitor{}});
         for (const glm::uvec3& t : soup.triangles) {
           REQUIRE(std::max({t.x, t.y, t.z}) < soup.vertices.size());
         }
@@ -149,10 +173,12 @@ TEST_CASE("More memory than allowed is refused before it is taken") {
   for (int n = 0; n < 200; ++n) obj.cube({2.0 * n, 0, 0}, 1.0);
   LoadOptions options;
   options.max_memory_bytes = 300'000;
-  const std::string message = message_of<UsageError>([&] { load_text("big.obj", obj.text(), options); });
+  const std::string message =
+      message_of<UsageError>([&] { load_text("big.obj", obj.text(), options); });
   CHECK(says(message, {"big.obj", "2,400 triangles", "300 kB", "enough for about"}));
   options.max_memory_bytes = 1000;
-  CHECK(says(message_of<UsageError>([&] { load_text("big.obj", obj.text(), options); }), {"holding the file"}));
+  CHECK(says(message_of<UsageError>([&] { load_text("big.obj", obj.text(), options); }),
+             {"holding the file"}));
   options.max_memory_bytes = 100'000'000;
   CHECK(load_text("big.obj", obj.text(), options).pieces.size() == 200);
 }

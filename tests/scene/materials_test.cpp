@@ -33,8 +33,10 @@ TEST_CASE("Materials: keys, defaults, kinds") {
   CHECK(checker.gamma0 == 0.3);
   CHECK(checker.texture.kind == Texture::Kind::checker);
   CHECK(checker.texture.effective_origin_m() == glm::dvec3(0.5));
-  CHECK(parse(R"({"texture": {"kind": "checker", "period_m": 2, "contrast": 1, "origin_m": [1, 2, 3]}})")
-            .texture.effective_origin_m() == glm::dvec3(1, 2, 3));
+  CHECK(
+      parse(
+          R"({"texture": {"kind": "checker", "period_m": 2, "contrast": 1, "origin_m": [1, 2, 3]}})")
+          .texture.effective_origin_m() == glm::dvec3(1, 2, 3));
 
   const Material leaves = parse(R"({"extinction_per_m": 0.2, "scattering_per_m": 0.05})");
   CHECK_FALSE(leaves.opaque);
@@ -44,21 +46,28 @@ TEST_CASE("Materials: keys, defaults, kinds") {
 }
 
 TEST_CASE("Materials without meaning are refused, by key") {
-  CHECK(contains(refusal(R"({"gama0": 1})"), "test: m: unknown key 'gama0' (gamma0?); known are: opaque"));
-  CHECK(contains(refusal(R"({"gamma0": -1})"), "test: m.gamma0: expected a number of at least 0, found -1"));
+  CHECK(contains(refusal(R"({"gama0": 1})"),
+                 "test: m: unknown key 'gama0' (gamma0?); known are: opaque"));
+  CHECK(contains(refusal(R"({"gamma0": -1})"),
+                 "test: m.gamma0: expected a number of at least 0, found -1"));
   CHECK(contains(refusal(R"({"gamma0": "bright"})"), "expected a number, found \"bright\""));
   CHECK(contains(refusal(R"({"gamma0": 1e999})"), "JSON"));
   CHECK(contains(refusal(R"({"exponent": -0.5})"), "test: m.exponent"));
   CHECK(contains(refusal(R"({"opaque": 1})"), "true or false"));
-  CHECK(contains(refusal(R"({"opaque": true, "extinction_per_m": 1})"), "opaque material takes gamma0"));
+  CHECK(contains(refusal(R"({"opaque": true, "extinction_per_m": 1})"),
+                 "opaque material takes gamma0"));
   CHECK(contains(refusal(R"({"opaque": false})"), "'extinction_per_m' is missing"));
-  CHECK(contains(refusal(R"({"opaque": false, "extinction_per_m": 1, "gamma0": 1})"), "not gamma0"));
+  CHECK(
+      contains(refusal(R"({"opaque": false, "extinction_per_m": 1, "gamma0": 1})"), "not gamma0"));
   CHECK(contains(refusal(R"({"gamma0": 1, "extinction_per_m": 1})"), "not gamma0"));
   CHECK(contains(refusal(R"({"extinction_per_m": -1})"), "extinction_per_m"));
   CHECK(contains(refusal(R"({"texture": {"kind": "stripes"}})"), "\"checker\", found \"stripes\""));
-  CHECK(contains(refusal(R"({"texture": {"kind": "checker", "contrast": 0.1}})"), "'period_m' is missing"));
-  CHECK(contains(refusal(R"({"texture": {"kind": "checker", "period_m": 0, "contrast": 0.1}})"), "above 0"));
-  CHECK(contains(refusal(R"({"texture": {"kind": "checker", "period_m": 1, "contrast": 2}})"), "between 0 and 1"));
+  CHECK(contains(refusal(R"({"texture": {"kind": "checker", "contrast": 0.1}})"),
+                 "'period_m' is missing"));
+  CHECK(contains(refusal(R"({"texture": {"kind": "checker", "period_m": 0, "contrast": 0.1}})"),
+                 "above 0"));
+  CHECK(contains(refusal(R"({"texture": {"kind": "checker", "period_m": 1, "contrast": 2}})"),
+                 "between 0 and 1"));
   CHECK(contains(refusal(R"([1])"), "object in braces"));
 }
 
@@ -69,8 +78,10 @@ TEST_CASE("Materials files: format, version, syntax, keys that stand twice") {
     return message_of<InputError>([&] { MaterialLibrary().add_file(file); });
   };
   CHECK(load(R"({"format": "sarnerf-materials", "version": 1, "materials": {"x": {}}})").empty());
-  CHECK(contains(load(R"({"format": "sarnerf-scene", "version": 1, "materials": {}})"), "sarnerf-materials"));
-  CHECK(contains(load(R"({"format": "sarnerf-materials", "version": 2, "materials": {}})"), "version: expected 1"));
+  CHECK(contains(load(R"({"format": "sarnerf-scene", "version": 1, "materials": {}})"),
+                 "sarnerf-materials"));
+  CHECK(contains(load(R"({"format": "sarnerf-materials", "version": 2, "materials": {}})"),
+                 "version: expected 1"));
   CHECK(contains(load(R"({"version": 1, "materials": {}})"), "'format' is missing"));
   CHECK(contains(load(R"({"format": "sarnerf-materials", "version": 1, "extra": 0})"), "'extra'"));
   CHECK(contains(load("{\"format\":\n oops}"), "line 2"));
@@ -89,8 +100,10 @@ TEST_CASE("Later materials win; unknown ones are named with the closest") {
   CHECK(library.names().size() == n_builtin);
   CHECK(library.find("concrete")->gamma0 == 0.01);
   CHECK(library.find("Concrete") == nullptr);
-  const std::string message = message_of<InputError>([&] { library.require("conrete", "--ground"); });
-  CHECK(contains(message, "--ground: unknown material 'conrete' (concrete?); known are: asphalt, brick"));
+  const std::string message =
+      message_of<InputError>([&] { library.require("conrete", "--ground"); });
+  CHECK(contains(message,
+                 "--ground: unknown material 'conrete' (concrete?); known are: asphalt, brick"));
 }
 
 TEST_CASE("The built-in table is physical") {
@@ -125,8 +138,8 @@ TEST_CASE("Names from a mesh: found, or default with a note, or with a warning")
   CHECK(scene.report.warnings.empty());
 
   LoadOptions options;
-  options.materials_file = folder.write(
-      "mine.json", R"({"format": "sarnerf-materials", "version": 1,
+  options.materials_file =
+      folder.write("mine.json", R"({"format": "sarnerf-materials", "version": 1,
                        "materials": {"asphalt": {"gamma0": 0.5}, "default": {"gamma0": 0.7}}})");
   const Scene mine = load_scene(mesh, options);
   CHECK(mine.materials[0].gamma0 == 0.5);

@@ -15,7 +15,8 @@ namespace {
 /// A pyramid whose floor is a square: five vertices, five faces, six triangles.
 constexpr std::array<std::array<double, 3>, 5> kPoints = {
     {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}, {0.5, 2, 0.5}}};
-const std::vector<std::vector<int>> kFaces = {{0, 1, 2, 3}, {4, 1, 0}, {4, 2, 1}, {4, 3, 2}, {4, 0, 3}};
+const std::vector<std::vector<int>> kFaces = {
+    {0, 1, 2, 3}, {4, 1, 0}, {4, 2, 1}, {4, 3, 2}, {4, 0, 3}};
 constexpr double kVolume = 2.0 / 3.0;
 
 void check_pyramid(const Scene& scene) {
@@ -68,7 +69,8 @@ std::string binary_stl() {
   for (const auto& t : triangles) {
     for (int n = 0; n < 3; ++n) append(stl, 0.0f, false);
     for (const int v : t) {
-      for (const double x : kPoints[static_cast<std::size_t>(v)]) append(stl, static_cast<float>(x), false);
+      for (const double x : kPoints[static_cast<std::size_t>(v)])
+        append(stl, static_cast<float>(x), false);
     }
     append(stl, std::uint16_t{0}, false);
   }
@@ -78,12 +80,13 @@ std::string binary_stl() {
 }  // namespace
 
 TEST_CASE("OBJ: groups, materials, polygons, negative indices, continued lines") {
-  const Scene scene = load_text("p.obj",
-                                "# pyramid\r\nmtllib none.mtl\no thing\n"
-                                "v 0 0 0 1.0\nv 1 0 0\nv 1 0 1\nv 0 0 +1\nv 5e-1 2. .5 0.1 0.2 0.3\n"
-                                "vn 0 1 0\nvt 0 0\nusemtl brick\nf 1/1/1 2//1 3/1 4\n"
-                                "g side left\nusemtl no such thing\nf -1 2 \\\n 1\nf 5 3 2\n"
-                                "g\nf 5 4 3 # comment\nf 5 1 4\nl 1 2\n");
+  const Scene scene =
+      load_text("p.obj",
+                "# pyramid\r\nmtllib none.mtl\no thing\n"
+                "v 0 0 0 1.0\nv 1 0 0\nv 1 0 1\nv 0 0 +1\nv 5e-1 2. .5 0.1 0.2 0.3\n"
+                "vn 0 1 0\nvt 0 0\nusemtl brick\nf 1/1/1 2//1 3/1 4\n"
+                "g side left\nusemtl no such thing\nf -1 2 \\\n 1\nf 5 3 2\n"
+                "g\nf 5 4 3 # comment\nf 5 1 4\nl 1 2\n");
   check_pyramid(scene);
   CHECK(scene.groups == std::vector<std::string>{"thing", "side left"});
   REQUIRE(scene.materials.size() == 2);
@@ -95,18 +98,18 @@ TEST_CASE("OBJ: groups, materials, polygons, negative indices, continued lines")
 TEST_CASE("PLY: ASCII and both byte orders, face ids") {
   check_pyramid(load_text("p.ply", binary_ply(false)));
   check_pyramid(load_text("p.ply", binary_ply(true)));
-  check_pyramid(load_text("p.PLY",
-                          "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
-                          "property float z\nelement face 5\nproperty list uchar int vertex_index\n"
-                          "end_header\n0 0 0\n1 0 0\n1 0 1\n0 0 1\n.5 2 .5\n"
-                          "4 0 1 2 3\n3 4 1 0\n3 4 2 1 3 4 3 2\n3 4 0 3"));
+  check_pyramid(
+      load_text("p.PLY",
+                "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+                "property float z\nelement face 5\nproperty list uchar int vertex_index\n"
+                "end_header\n0 0 0\n1 0 0\n1 0 1\n0 0 1\n.5 2 .5\n"
+                "4 0 1 2 3\n3 4 1 0\n3 4 2 1 3 4 3 2\n3 4 0 3"));
 
   const ScratchFolder folder;
   folder.write("p.ply", binary_ply(false));
-  const Scene scene = load_scene(
-      folder.write("s.json", R"({"format": "sarnerf-scene", "version": 1,
+  const Scene scene = load_scene(folder.write("s.json", R"({"format": "sarnerf-scene", "version": 1,
                                  "meshes": [{"file": "p.ply", "materials": {"4": "grass", "3": "metal"}}]})"),
-      {});
+                                 {});
   REQUIRE(scene.materials.size() == 2);
   CHECK(scene.materials[0].name == "grass");
   CHECK(scene.materials[1].name == "metal");
@@ -116,11 +119,13 @@ TEST_CASE("PLY: ASCII and both byte orders, face ids") {
 TEST_CASE("STL: binary and ASCII") {
   check_pyramid(load_text("p.stl", binary_stl()));
   std::string ascii = "solid left side\n";
-  for (const auto& t : {std::array{0, 1, 2}, {0, 2, 3}, {4, 1, 0}, {4, 2, 1}, {4, 3, 2}, {4, 0, 3}}) {
+  for (const auto& t :
+       {std::array{0, 1, 2}, {0, 2, 3}, {4, 1, 0}, {4, 2, 1}, {4, 3, 2}, {4, 0, 3}}) {
     ascii += " facet normal 0 0 0\n  outer loop\n";
     for (const int v : t) {
       const auto& p = kPoints[static_cast<std::size_t>(v)];
-      ascii += "   vertex " + std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
+      ascii += "   vertex " + std::to_string(p[0]) + " " + std::to_string(p[1]) + " " +
+               std::to_string(p[2]) + "\n";
     }
     ascii += "  endloop\n endfacet\n";
   }
@@ -130,18 +135,41 @@ TEST_CASE("STL: binary and ASCII") {
 }
 
 TEST_CASE("OFF: comments, counts on the first line, colours") {
-  check_pyramid(load_text("p.off", "# comment\nOFF 5 5 0\n0 0 0\n1 0 0\n\n1 0 1\n0 0 1 # here too\n.5 2 .5\n"
-                                   "4 0 1 2 3 255 0 0\n3 4 1 0\n3 4 2 1\n3 4 3 2\n3 4 0 3\n"));
-  check_pyramid(load_text("p.off", "COFF\n5 5 0\n0 0 0 9 9 9 9\n1 0 0 9 9 9 9\n1 0 1 9 9 9 9\n0 0 1 9 9 9 9\n"
-                                   ".5 2 .5 9 9 9 9\n4 0 1 2 3\n3 4 1 0\n3 4 2 1\n3 4 3 2\n3 4 0 3\n"));
+  check_pyramid(load_text("p.off",
+                          "# comment\nOFF 5 5 0\n0 0 0\n1 0 0\n\n1 0 1\n0 0 1 # here too\n.5 2 .5\n"
+                          "4 0 1 2 3 255 0 0\n3 4 1 0\n3 4 2 1\n3 4 3 2\n3 4 0 3\n"));
+  check_pyramid(
+      load_text("p.off",
+                "COFF\n5 5 0\n0 0 0 9 9 9 9\n1 0 0 9 9 9 9\n1 0 1 9 9 9 9\n0 0 1 9 9 9 9\n"
+                ".5 2 .5 9 9 9 9\n4 0 1 2 3\n3 4 1 0\n3 4 2 1\n3 4 3 2\n3 4 0 3\n"));
 }
 
 TEST_CASE("Concave polygons keep their area, whichever way they look") {
   // An L, a comb, and a star; areas by the shoelace formula.
   const std::vector<std::vector<glm::dvec2>> outlines = {
       {{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 4}, {0, 4}},
-      {{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1}, {4, 1}, {4, 3}, {3, 3}, {3, 1}, {1, 1}, {1, 3}, {0, 3}},
-      {{0, 3}, {-0.7, 1}, {-3, 1}, {-1.1, -0.3}, {-1.8, -2.5}, {0, -1.2}, {1.8, -2.5}, {1.1, -0.3}, {3, 1}, {0.7, 1}},
+      {{0, 0},
+       {7, 0},
+       {7, 3},
+       {6, 3},
+       {6, 1},
+       {4, 1},
+       {4, 3},
+       {3, 3},
+       {3, 1},
+       {1, 1},
+       {1, 3},
+       {0, 3}},
+      {{0, 3},
+       {-0.7, 1},
+       {-3, 1},
+       {-1.1, -0.3},
+       {-1.8, -2.5},
+       {0, -1.2},
+       {1.8, -2.5},
+       {1.1, -0.3},
+       {3, 1},
+       {0.7, 1}},
       {{0, 0}, {1, 0}, {2, 0}, {2, 2}, {2, 3}, {0, 3}}};  // corners on a line
   for (const auto& outline : outlines) {
     double shoelace = 0.0;
@@ -168,7 +196,8 @@ TEST_CASE("Concave polygons keep their area, whichever way they look") {
         CHECK(scene.report.warnings.empty());
         for (const glm::uvec3& t : scene.mesh.triangles) {
           const glm::dvec3 a = scene.mesh.vertices_m[t.x];
-          const glm::dvec3 normal = glm::cross(scene.mesh.vertices_m[t.y] - a, scene.mesh.vertices_m[t.z] - a);
+          const glm::dvec3 normal =
+              glm::cross(scene.mesh.vertices_m[t.y] - a, scene.mesh.vertices_m[t.z] - a);
           CHECK((normal[axis] > 0.0) != reversed);
         }
       }
@@ -177,7 +206,8 @@ TEST_CASE("Concave polygons keep their area, whichever way they look") {
 }
 
 TEST_CASE("A polygon that crosses itself is cut and reported") {
-  const Scene scene = load_text("bow.obj", "v 0 0 0\nv 1 0 1\nv 1 0 0\nv 0 0 1.5\nv 3 0 0.1\nf 1 2 3 4 5\n");
+  const Scene scene =
+      load_text("bow.obj", "v 0 0 0\nv 1 0 1\nv 1 0 0\nv 0 0 1.5\nv 3 0 0.1\nf 1 2 3 4 5\n");
   CHECK(scene.mesh.triangles.size() == 3);
 }
 
@@ -190,6 +220,7 @@ TEST_CASE("UTM coordinates lose nothing") {
   CHECK(scene.box.min == origin);
   CHECK(scene.pieces[0].closed);
   bool corner_found = false;
-  for (const glm::dvec3& v : scene.mesh.vertices_m) corner_found |= v == cube_corner(6, origin, 0.001);
+  for (const glm::dvec3& v : scene.mesh.vertices_m)
+    corner_found |= v == cube_corner(6, origin, 0.001);
   CHECK(corner_found);
 }

@@ -47,7 +47,8 @@ TEST_CASE("Faces that disagree are turned") {
   for (int n = 0; n < 8; ++n) obj.vertex(cube_corner(n, {0, 0, 0}, 2.0));
   for (std::size_t f = 0; f < kCubeFaces.size(); ++f) {
     const bool flip = f == 2 || f == 7 || f == 8;
-    obj.triangle(1 + kCubeFaces[f][0], 1 + kCubeFaces[f][flip ? 2 : 1], 1 + kCubeFaces[f][flip ? 1 : 2]);
+    obj.triangle(1 + kCubeFaces[f][0], 1 + kCubeFaces[f][flip ? 2 : 1],
+                 1 + kCubeFaces[f][flip ? 1 : 2]);
   }
   const Scene scene = load(obj);
   REQUIRE(scene.pieces.size() == 1);
@@ -66,9 +67,34 @@ TEST_CASE("A cube of separate triangles is welded") {
   CHECK(scene.report.notes == std::vector<std::string>{"merged 28 duplicate vertices"});
 }
 
+TEST_CASE("Gaps of rounding are closed, real gaps are not") {
+  const auto shaken_cube = [](double shake) {
+    ObjBuilder obj;
+    int n = 0;
+    for (const auto& f : kCubeFaces) {
+      std::array<int, 3> corners;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const glm::dvec3 off(n % 3 - 1, n % 5 - 2, n % 7 - 3);
+        ++n;
+        corners[c] = obj.vertex(cube_corner(f[c], {500'000, 0, -4'000'000}, 2.0) + shake * off);
+      }
+      obj.triangle(corners[0], corners[1], corners[2]);
+    }
+    return load(obj);
+  };
+  const Scene closed = shaken_cube(1e-7);
+  REQUIRE(closed.pieces.size() == 1);
+  CHECK(closed.pieces[0].closed);
+  CHECK(closed.mesh.vertices_m.size() == 8);
+  CHECK(signed_volume(closed, 0) == Approx(8.0));
+  CHECK(has_line(closed.report.notes, "joined 28 vertices of open borders"));
+  CHECK(n_closed(shaken_cube(1e-3)) == 0);
+}
+
 TEST_CASE("Zeros of both signs are one place") {
-  const Scene scene = load_text("z.obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nv -0.0 0 -0.0\nv 0 1 0\nv 1 -0.0 0\n"
-                                         "f 1 2 3\nf 4 5 6\n");
+  const Scene scene = load_text("z.obj",
+                                "v 0 0 0\nv 1 0 0\nv 0 0 1\nv -0.0 0 -0.0\nv 0 1 0\nv 1 -0.0 0\n"
+                                "f 1 2 3\nf 4 5 6\n");
   CHECK(scene.mesh.vertices_m.size() == 4);
   CHECK(scene.pieces.size() == 1);
 }
@@ -123,12 +149,14 @@ TEST_CASE("Open sheets are thin shells, never dropped") {
   REQUIRE(scene.pieces.size() == 2);
   CHECK(scene.pieces[0].closed);
   CHECK_FALSE(scene.pieces[1].closed);
-  CHECK(scene.report.notes == std::vector<std::string>{"2 faces in 1 open piece are treated as thin shells"});
+  CHECK(scene.report.notes ==
+        std::vector<std::string>{"2 faces in 1 open piece are treated as thin shells"});
 }
 
 TEST_CASE("A sheet drawn from both sides keeps one of them") {
-  const Scene scene = load_text("s.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-                                         "f 1 2 3\nf 1 3 4\nf 3 2 1\nf 4 3 1\n");
+  const Scene scene = load_text("s.obj",
+                                "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                                "f 1 2 3\nf 1 3 4\nf 3 2 1\nf 4 3 1\n");
   CHECK(scene.mesh.triangles.size() == 2);
   REQUIRE(scene.pieces.size() == 1);
   CHECK_FALSE(scene.pieces[0].closed);
@@ -136,8 +164,9 @@ TEST_CASE("A sheet drawn from both sides keeps one of them") {
 
 TEST_CASE("A sheet folded onto itself encloses nothing") {
   // The two sides are cut along different diagonals, so no face is a duplicate.
-  const Scene scene = load_text("s.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-                                         "f 1 2 3\nf 1 3 4\nf 4 2 1\nf 4 3 2\n");
+  const Scene scene = load_text("s.obj",
+                                "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                                "f 1 2 3\nf 1 3 4\nf 4 2 1\nf 4 3 2\n");
   REQUIRE(scene.pieces.size() == 1);
   CHECK_FALSE(scene.pieces[0].closed);
 }
@@ -210,7 +239,8 @@ TEST_CASE("Nested cubes: each its own solid, unless one was drawn as a cavity") 
     obj.cube({1, 1, 1}, 2.0, inner_inverted);
     return load(obj);
   };
-  for (const auto& [outer, inner] : {std::pair(false, false), std::pair(true, true), std::pair(true, false)}) {
+  for (const auto& [outer, inner] :
+       {std::pair(false, false), std::pair(true, true), std::pair(true, false)}) {
     const Scene solids = nested(outer, inner);
     REQUIRE(solids.pieces.size() == 2);
     CHECK(signed_volume(solids, 0) == Approx(64.0));
@@ -223,7 +253,8 @@ TEST_CASE("Nested cubes: each its own solid, unless one was drawn as a cavity") 
   CHECK(has_line(hollow.report.notes, "a cavity"));
 }
 
-TEST_CASE("A solid within a cavity, and an inverted cube beside: only what lies inside is a cavity") {
+TEST_CASE(
+    "A solid within a cavity, and an inverted cube beside: only what lies inside is a cavity") {
   ObjBuilder obj;
   obj.cube({0, 0, 0}, 10.0);
   obj.cube({1, 1, 1}, 8.0, true);
@@ -261,9 +292,12 @@ TEST_CASE("Materials and groups stay with their faces") {
   ObjBuilder obj;
   for (int n = 0; n < 8; ++n) obj.vertex(cube_corner(n, {0, 0, 0}, 1.0));
   for (std::size_t f = 0; f < kCubeFaces.size(); ++f) {
-    if (f % 2 == 0) obj.line("usemtl " + std::string(f < 4 ? "brick" : "metal") + "\ng part" + std::to_string(f / 2));
+    if (f % 2 == 0)
+      obj.line("usemtl " + std::string(f < 4 ? "brick" : "metal") + "\ng part" +
+               std::to_string(f / 2));
     const bool flip = f % 3 == 0;
-    obj.triangle(1 + kCubeFaces[f][0], 1 + kCubeFaces[f][flip ? 2 : 1], 1 + kCubeFaces[f][flip ? 1 : 2]);
+    obj.triangle(1 + kCubeFaces[f][0], 1 + kCubeFaces[f][flip ? 2 : 1],
+                 1 + kCubeFaces[f][flip ? 1 : 2]);
     if (f % 4 == 1) obj.triangle(1, 1, 2);
   }
   const Scene scene = load(obj);

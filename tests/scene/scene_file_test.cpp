@@ -21,7 +21,8 @@ class Fixture {
   }
   Scene scene(const std::string& rest, const LoadOptions& options = {}) const {
     return load_scene(
-        folder_.write("s.json", R"({"format": "sarnerf-scene", "version": 1, )" + rest + "}"), options);
+        folder_.write("s.json", R"({"format": "sarnerf-scene", "version": 1, )" + rest + "}"),
+        options);
   }
   Scene mesh(const std::string& keys) const {
     return scene(R"("meshes": [{"file": "cube.obj")" + keys + "}]");
@@ -88,12 +89,14 @@ TEST_CASE("Z up: of a mesh, of a scene, from the command line") {
   CHECK(alone.objects[0].object_from_world == glm::dmat4(1.0));
 
   const auto scene = [&](const std::string& text) {
-    return load_scene(folder.write("s.json", R"({"format": "sarnerf-scene", "version": 1, )" + text + "}"), {});
+    return load_scene(
+        folder.write("s.json", R"({"format": "sarnerf-scene", "version": 1, )" + text + "}"), {});
   };
-  CHECK(scene(R"("meshes": [{"file": "t.obj", "up": "z"}])").mesh.vertices_m[0] == glm::dvec3(1, 3, -2));
+  CHECK(scene(R"("meshes": [{"file": "t.obj", "up": "z"}])").mesh.vertices_m[0] ==
+        glm::dvec3(1, 3, -2));
   // In a Z-up scene, translations have Z up as well, and meshes unless they say otherwise.
-  CHECK(scene(R"("up": "z", "meshes": [{"file": "t.obj", "translate_m": [0, 0, 10]}])").mesh.vertices_m[0] ==
-        glm::dvec3(1, 13, -2));
+  CHECK(scene(R"("up": "z", "meshes": [{"file": "t.obj", "translate_m": [0, 0, 10]}])")
+            .mesh.vertices_m[0] == glm::dvec3(1, 13, -2));
   CHECK(scene(R"("up": "z", "meshes": [{"file": "t.obj", "up": "y", "translate_m": [0, 0, 10]}])")
             .mesh.vertices_m[0] == glm::dvec3(1, 12, 3));
 }
@@ -126,7 +129,8 @@ TEST_CASE("Several meshes, materials and a ground") {
 
 TEST_CASE("The command line overrules a scene's ground") {
   const Fixture f;
-  const std::string text = R"("meshes": [{"file": "cube.obj"}], "ground": {"material": "grass", "height_m": -1})";
+  const std::string text =
+      R"("meshes": [{"file": "cube.obj"}], "ground": {"material": "grass", "height_m": -1})";
   CHECK(f.scene(text).ground->height_m == -1.0);
   LoadOptions options;
   options.ground_height_m = -0.5;
@@ -137,7 +141,8 @@ TEST_CASE("The command line overrules a scene's ground") {
   options.ground_material = "none";
   CHECK_FALSE(f.scene(text, options).ground);
   options.ground_material = "asfalt";
-  CHECK(contains(message_of<InputError>([&] { f.scene(text, options); }), "--ground: unknown material 'asfalt' (asphalt?)"));
+  CHECK(contains(message_of<InputError>([&] { f.scene(text, options); }),
+                 "--ground: unknown material 'asfalt' (asphalt?)"));
   options.ground_material = "canopy";
   CHECK(contains(message_of<InputError>([&] { f.scene(text, options); }), "translucent"));
 }
@@ -161,14 +166,18 @@ TEST_CASE("Scene files that cannot be used") {
   CHECK(contains(mesh(""), "meshes[1]: the key 'file' is missing"));
   CHECK(contains(mesh(R"("file": "none.obj")"), "no such file"));
   CHECK(contains(mesh(R"("file": "s.json")"), ".obj, .ply, .stl or .off"));
-  CHECK(contains(mesh(R"("file": "cube.obj", "scale": 0)"), "meshes[1].scale: expected a number above 0"));
+  CHECK(contains(mesh(R"("file": "cube.obj", "scale": 0)"),
+                 "meshes[1].scale: expected a number above 0"));
   CHECK(contains(mesh(R"("file": "cube.obj", "units": "yd")"), "found \"yd\""));
   CHECK(contains(mesh(R"("file": "cube.obj", "translate_m": [1, 2])"), "three numbers"));
-  CHECK(contains(mesh(R"("file": "cube.obj", "rotate_deg": {"axis": [0, 0, 0], "angle": 1})"), "direction"));
+  CHECK(contains(mesh(R"("file": "cube.obj", "rotate_deg": {"axis": [0, 0, 0], "angle": 1})"),
+                 "direction"));
   CHECK(contains(mesh(R"("file": "cube.obj", "translate": [1, 2, 3])"), "(translate_m?)"));
-  CHECK(contains(mesh(R"("file": "cube.obj", "material": "steel")"), "meshes[1].material: unknown material 'steel'"));
+  CHECK(contains(mesh(R"("file": "cube.obj", "material": "steel")"),
+                 "meshes[1].material: unknown material 'steel'"));
   CHECK(contains(mesh(R"("file": "cube.obj", "materials": {"body": "gras"})"), "(grass?)"));
-  CHECK(contains(f.refusal(R"("meshes": [], "ground": {"material": "lava", "height_m": 0})"), "'lava'"));
+  CHECK(contains(f.refusal(R"("meshes": [], "ground": {"material": "lava", "height_m": 0})"),
+                 "'lava'"));
   CHECK(contains(f.refusal(R"("meshes": [], "materials_file": "none.json")"), "none.json"));
 }
 

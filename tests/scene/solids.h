@@ -11,12 +11,18 @@
 namespace sarnerf::test {
 
 /// Twelve triangles, outward, or inward when `inverted`.
-inline constexpr std::array<std::array<int, 3>, 12> kCubeFaces = {{{0, 1, 2}, {0, 2, 3},
-                                                                    {4, 6, 5}, {4, 7, 6},
-                                                                    {3, 2, 6}, {3, 6, 7},
-                                                                    {1, 0, 4}, {1, 4, 5},
-                                                                    {2, 1, 5}, {2, 5, 6},
-                                                                    {0, 3, 7}, {0, 7, 4}}};
+inline constexpr std::array<std::array<int, 3>, 12> kCubeFaces = {{{0, 1, 2},
+                                                                   {0, 2, 3},
+                                                                   {4, 6, 5},
+                                                                   {4, 7, 6},
+                                                                   {3, 2, 6},
+                                                                   {3, 6, 7},
+                                                                   {1, 0, 4},
+                                                                   {1, 4, 5},
+                                                                   {2, 1, 5},
+                                                                   {2, 5, 6},
+                                                                   {0, 3, 7},
+                                                                   {0, 7, 4}}};
 
 inline glm::dvec3 cube_corner(int n, glm::dvec3 min, double side) {
   const bool x = n % 4 == 1 || n % 4 == 2, y = n >= 4, z = n % 4 >= 2;
@@ -66,7 +72,8 @@ inline double signed_volume(const Scene& scene, std::uint32_t piece) {
   for (std::size_t t = 0; t < scene.mesh.triangles.size(); ++t) {
     if (scene.mesh.piece[t] != piece) continue;
     const glm::uvec3 v = scene.mesh.triangles[t];
-    const glm::dvec3 a = scene.mesh.vertices_m[v.x] - origin, b = scene.mesh.vertices_m[v.y] - origin,
+    const glm::dvec3 a = scene.mesh.vertices_m[v.x] - origin,
+                     b = scene.mesh.vertices_m[v.y] - origin,
                      c = scene.mesh.vertices_m[v.z] - origin;
     volume += glm::dot(a, glm::cross(b, c)) / 6.0;
   }
@@ -77,7 +84,8 @@ inline double area(const Scene& scene) {
   double sum = 0.0;
   for (const glm::uvec3& v : scene.mesh.triangles) {
     const glm::dvec3 a = scene.mesh.vertices_m[v.x];
-    sum += 0.5 * glm::length(glm::cross(scene.mesh.vertices_m[v.y] - a, scene.mesh.vertices_m[v.z] - a));
+    sum += 0.5 *
+           glm::length(glm::cross(scene.mesh.vertices_m[v.y] - a, scene.mesh.vertices_m[v.z] - a));
   }
   return sum;
 }

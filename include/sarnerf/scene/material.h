@@ -20,9 +20,7 @@ struct Texture {
   /// metres do not lie on borders between squares.
   std::optional<glm::dvec3> origin_m;
 
-  glm::dvec3 effective_origin_m() const {
-    return origin_m.value_or(glm::dvec3(0.25 * period_m));
-  }
+  glm::dvec3 effective_origin_m() const { return origin_m.value_or(glm::dvec3(0.25 * period_m)); }
 };
 
 /// How matter answers the radar.
