@@ -11,7 +11,7 @@ if [ -z "$rows" ]; then
 fi
 
 # "printed eqs. 6, 24" and "printed 17, 20–23" alike; the dash of a range is a hyphen or an en dash.
-grep -rnoE 'printed (eqs?\.? )?[0-9]+((, ?| and |-|–)[0-9]+)*' \
+grep -rnoE '[Pp]rinted (eqs?\.? )?[0-9]+((, ?| and | to |-|–)[0-9]+)*' \
   include src apps tests docs --include='*.h' --include='*.cpp' --include='*.md' |
   awk -v rows="$rows" -v table="$table" '
     BEGIN { n = split(rows, list, "\n"); for (i = 1; i <= n; ++i) known[list[i]] = 1 }
