@@ -21,14 +21,27 @@ std::string one_line(std::string text) {
   return text;
 }
 
+/// Types and defaults as "TYPE [default]", whatever the version of CLI11.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  HelpFormatter() { column_width(32); }
+
+  std::string make_option_opts(const CLI::Option* option) const override {
+    std::string text;
+    if (!option->get_type_name().empty()) text += " " + option->get_type_name();
+    if (!option->get_default_str().empty()) text += " [" + option->get_default_str() + "]";
+    return text;
+  }
+};
+
 }  // namespace
 
 CommandLine::CommandLine(std::string name, std::string description)
     : parser_(std::move(description), std::move(name)) {
-  parser_.set_help_flag("-h,--help", "Print this help and exit")->group(kGroup);
+  parser_.set_help_flag();  // added again below: groups are shown in the order of their first option
   parser_.allow_config_extras(CLI::config_extras_mode::error);
   parser_.config_formatter(std::make_shared<ConfigFile>(parser_));
-  parser_.get_formatter()->column_width(34);
+  parser_.formatter(std::make_shared<HelpFormatter>());
 }
 
 void CommandLine::same_meaning(std::vector<std::string> long_names) {
@@ -37,6 +50,7 @@ void CommandLine::same_meaning(std::vector<std::string> long_names) {
 }
 
 void CommandLine::add_shared_options() {
+  parser_.set_help_flag("-h,--help", "Print this help and exit")->group(kGroup);
   parser_.add_option("--threads", threads_, "Worker threads; auto: OMP_NUM_THREADS or all processors")
       ->type_name("N|auto")->capture_default_str()->group(kGroup);
   parser_.add_option("--max-memory", max_memory_, "Refuse to start what needs more, such as 8G")

@@ -70,8 +70,10 @@ void add_views(const Job& job, Table& table) {
   table.add("views", format("%zu, azimuth %s deg", job.views.size(), range_text(o.azimuth_deg).c_str()));
   table.add("views", format("incidence %s deg, depression %s deg", range_text(o.incidence_deg).c_str(),
                             range_text(depression_deg).c_str()));
-  table.add("radar", format("slant range %.8g to %.8g m, looking %s", *nearest, *farthest,
-                            o.look == Look::left ? "left" : "right"));
+  const std::string range = *nearest == *farthest ? format("%.8g m", *nearest)
+                                                  : format("%.8g to %.8g m", *nearest, *farthest);
+  table.add("radar", "slant range " + range + ", looking " +
+                         (o.look == Look::left ? "left" : "right"));
   table.add("aim", format("%.8g, %.8g, %.8g m%s", job.aim_m.x, job.aim_m.y, job.aim_m.z,
                           o.aim_m ? "" : " (centre of the scene at its lowest height)"));
   table.add("image", format("%d x %d pixels (azimuth x range) of %.6g x %.6g m, %s, %s", o.size->first,
@@ -88,8 +90,9 @@ void add_cost(const Job& job, Table& table) {
     n_kept += plan.n_kept_rays;
     expected_s += plan.expected_s;
   }
-  table.add("rays", format("%.4g of %.4g in the grids meet the scene's box: only these are traced",
-                           double(n_kept), double(n_grid)));
+  table.add("rays", format("%llu of %llu in the grids meet the scene's box: only these are traced",
+                           static_cast<unsigned long long>(n_kept),
+                           static_cast<unsigned long long>(n_grid)));
   table.add("memory", "about " + bytes_text(job.memory_bytes));
   table.add("time", format("about %.2g s of tracing on %d threads%s", expected_s,
                            job.options.shared.n_threads,

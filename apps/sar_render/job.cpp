@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "job.h"
 
+#include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "memory.h"
 #include "sarnerf/core/error.h"
@@ -112,6 +115,10 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   make_plans(job, monitor);
   job.times.plan_s = planning.seconds();
   decide_views_at_once(job);
+  char text[160];
+  std::snprintf(text, sizeof text, "loaded in %.3g s, built in %.3g s, planned in %.3g s",
+                job.times.load_s, job.times.build_s, job.times.plan_s);
+  console.detail(text);
   return job;
 }
 

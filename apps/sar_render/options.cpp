@@ -35,6 +35,11 @@ struct Texts {
   bool overwrite = false, explain = false, dry_run = false;
 };
 
+/// One of these names; the help says so in words.
+CLI::Validator one_of(const std::vector<std::string>& names) {
+  return CLI::IsMember(names).description("");
+}
+
 void add_options(CommandLine& command, Texts& t) {
   CLI::App& p = command.parser();
   const char* group = "";
@@ -54,27 +59,27 @@ void add_options(CommandLine& command, Texts& t) {
   add("--altitude", t.altitude, "M", "Radar above the aim point");
   add("--slant-range", t.slant_range, "M", "Radar to aim point, instead of --altitude");
   add("--look", t.look, "right|left", "Side to which the radar looks")
-      ->check(CLI::IsMember({"right", "left"}));
+      ->check(one_of({"right", "left"}));
   add("--aim", t.aim, "X,Y,Z|auto", "Aim point (m); auto: horizontal centre at the lowest height");
 
   group = "Image";
   add("--size", t.size, "AxR|auto", "Pixels, azimuth x range; auto: scene, layover and shadow");
   add("--spacing", t.spacing, "A[,R]", "Pixel spacing (m), azimuth and slant range");
   add("--calibration", t.calibration, "NAME", "beta0, sigma0 or gamma0")
-      ->check(CLI::IsMember({"beta0", "sigma0", "gamma0"}));
+      ->check(one_of({"beta0", "sigma0", "gamma0"}));
   add("--quantity", t.quantity, "NAME", "power, or amplitude: its root")
-      ->check(CLI::IsMember({"power", "amplitude"}));
+      ->check(one_of({"power", "amplitude"}));
 
   group = "Scene";
   add("--units", t.units, "UNIT", "Of the file: m, cm, mm, km, ft, in, or metres as a number");
   add("--scale", t.scale, "FACTOR", "Extra factor on the file's coordinates");
-  add("--up", t.up, "y|z", "Axis that points up in the file")->check(CLI::IsMember({"y", "z"}));
+  add("--up", t.up, "y|z", "Axis that points up in the file")->check(one_of({"y", "z"}));
   add("--materials", t.materials, "FILE", "Materials (.json) on top of the built-in ones");
   add("--ground", t.ground, "MATERIAL|none", "Ground plane; default: what a scene file says, else none");
   add("--ground-height", t.ground_height, "M|auto", "Reference plane and ground; auto: lowest height");
 
   group = "Computation";
-  add("--engine", t.engine, "NAME", "surface: rays against the mesh")->check(CLI::IsMember({"surface"}));
+  add("--engine", t.engine, "NAME", "surface: rays against the mesh")->check(one_of({"surface"}));
   add("--elevations", t.elevations, "N|auto", "Elevation rays; auto: from the spacing");
   add("--sub-rows", t.sub_rows, "N|auto", "Slices per azimuth row");
   add("--integrator", t.integrator, "NAME",

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report.h"
 
-#include <nlohmann/json.hpp>
-
 #include <sys/resource.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "version.h"
 
@@ -18,6 +19,16 @@ std::uint64_t peak_memory_bytes() {
 }
 
 }  // namespace
+
+std::string summary(const RunFigures& figures) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "%zu views in %.3g s: tracing and deposit %.3g s, encoding %.3g s, writing %.3g s "
+                "(summed over views)",
+                figures.n_rendered, figures.total_s, figures.trace_and_deposit_s, figures.encode_s,
+                figures.write_s);
+  return text;
+}
 
 std::string report_text(const Job& job, const RunFigures& figures) {
   std::uint64_t n_grid = 0, n_kept = 0;

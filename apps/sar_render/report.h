@@ -16,6 +16,10 @@ struct RunFigures {
   double total_s = 0.0;  ///< wall clock of the whole program so far
 };
 
+/// One line for people.
+std::string summary(const RunFigures& figures);
+
+/// The report as JSON.
 std::string report_text(const Job& job, const RunFigures& figures);
 
 }  // namespace sarnerf::app

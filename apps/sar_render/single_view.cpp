@@ -93,6 +93,7 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   // An old recipe must not vouch for new images, should the machine stop between the renames.
   std::filesystem::remove(paths.recipe);
   files.commit();
+  console.detail(summary(figures));
   return result;
 }
 

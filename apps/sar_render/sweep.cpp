@@ -227,6 +227,7 @@ std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, C
     throw;
   }
   figures.total_s = total.seconds();
+  console.detail(summary(figures));
   write_file_atomically(folder.report(), report_text(job, figures), Durability::process);
   write_file_atomically(folder.manifest(), complete);
   return result;

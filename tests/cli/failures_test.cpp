@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+
+#include "catch.h"
+#include "program.h"
+
+TEST_CASE("usage errors: exit code 2, one line, nothing written") {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> commands = {
+      {{}, "SCENE"},
+      {{"box.obj"}, "--pitch"},
+      {{"box.obj", "--pitch", "0"}, "between 0 and 90"},
+      {{"box.obj", "--pitch", "90"}, "between 0 and 90"},
+      {{"box.obj", "--pitch", "-10"}, "between 0 and 90"},
+      {{"box.obj", "--depression", "90"}, "--depression"},
+      {{"box.obj", "--pitch", "80:100:5"}, "found 90"},
+      {{"box.obj", "--pitch", "45", "--depression", "17"}, "contradict"},
+      {{"box.obj", "--pitch", "forty"}, "forty"},
+      {{"box.obj", "--pitch", "45", "--azimuth", "0:350"}, "0:350:10"},
+      {{"box.obj", "--pitch", "45", "--altitude", "1000", "--slant-range", "1000"}, "--slant-range"},
+      {{"box.obj", "--pitch", "45", "--altitude", "-5"}, "--altitude"},
+      {{"box.obj", "--pitch", "45", "--altitude", "1"}, "radar"},
+      {{"box.obj", "--pitch", "45", "--look", "up"}, "--look"},
+      {{"box.obj", "--pitch", "45", "--size", "0x5"}, "--size"},
+      {{"box.obj", "--pitch", "45", "--spacing", "0"}, "--spacing"},
+      {{"box.obj", "--pitch", "45", "--units", "parsec"}, "--units"},
+      {{"box.obj", "--pitch", "45", "--scale", "0"}, "--scale"},
+      {{"box.obj", "--pitch", "45", "--aim", "1,2"}, "--aim"},
+      {{"box.obj", "--pitch", "45", "--elevations", "0"}, "--elevations"},
+      {{"box.obj", "--pitch", "45", "--sub-rows", "1.5"}, "--sub-rows"},
+      {{"box.obj", "--pitch", "45", "--integrator", "best"}, "exact"},
+      {{"box.obj", "--pitch", "45", "--engine", "voxel"}, "surface"},
+      {{"box.obj", "--pitch", "45", "--calibration", "uncalibrated"}, "--calibration"},
+      {{"box.obj", "--pitch", "45", "--quantity", "phase"}, "--quantity"},
+      {{"box.obj", "--pitch", "45", "--threads", "0"}, "--threads"},
+      {{"box.obj", "--pitch", "45", "--max-memory", "lots"}, "--max-memory"},
+      {{"box.obj", "--pitch", "45", "--no-such-option"}, "--no-such-option"},
+      {{"box.obj", "second.obj", "--pitch", "45"}, "second.obj"},
+      {{"box.obj", "--pitch", "45", "--calibration", "sigma0", "--ground-height", "20000"}, "--ground-height"},
+  };
+  const SceneFolder folder;
+  const auto before = folder.contents();
+  for (const auto& [arguments, piece] : commands) {
+    const Outcome outcome = folder.run(arguments);
+    INFO(arguments.size() << " arguments, last: " << (arguments.empty() ? "" : arguments.back()));
+    INFO(outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.err.find(piece) != std::string::npos);
+    CHECK(is_error_line(outcome.err.substr(outcome.err.find("sar_render: error: ")), piece));
+    CHECK(outcome.out.empty());
+  }
+  CHECK(folder.contents() == before);
+}
+
+TEST_CASE("bad input files: exit code 3, one line, nothing written") {
+  const SceneFolder folder;
+  write_text(folder / "empty.obj", "");
+  write_text(folder / "text.obj", "this is no mesh\n");
+  write_text(folder / "index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
+  write_text(folder / "nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+  write_text(folder / "points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+  write_text(folder / "cut.json", "{\"format\": \"sarnerf-scene\"");
+  write_text(folder / "mesh.doc", "");
+  const auto before = folder.contents();
+  for (const char* mesh : {"absent.obj", "empty.obj", "text.obj", "index.obj", "nan.obj", "points.obj",
+                           "cut.json", "mesh.doc", "."}) {
+    const Outcome outcome = folder.run({mesh, "--pitch", "45", "-o", "out"});
+    INFO(mesh << ": " << outcome.err);
+    CHECK(outcome.code == 3);
+    CHECK(is_error_line(outcome.err, ""));
+    CHECK(outcome.out.empty());
+  }
+  const Outcome material = folder.run({"box.obj", "--pitch", "45", "--ground", "cheese"});
+  INFO(material.err);
+  CHECK(material.code != 0);
+  CHECK(is_error_line(material.err, "cheese"));
+  CHECK(folder.run({"box.obj", "--pitch", "45", "--materials", "absent.json"}).code == 3);
+  CHECK(folder.contents() == before);
+}
+
+TEST_CASE("pixels beyond the finite numbers: exit code 4") {
+  const SceneFolder folder;
+  write_text(folder / "bright.json",
+             R"({"format":"sarnerf-materials","version":1,"materials":{"default":{"gamma0":1e300}}})");
+  const Outcome outcome = folder.run({"box.obj", "--pitch", "45", "--materials", "bright.json"});
+  INFO(outcome.err);
+  CHECK(outcome.code == 4);
+  CHECK(outcome.err.find("not finite") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(folder / "box_sar.tif"));
+}
+
+TEST_CASE("output that cannot be written: exit code 1, one line") {
+  const SceneFolder folder;
+  write_text(folder / "file", "");
+  for (const char* azimuth : {"0", "0,90"}) {
+    for (const char* output : {"file/below", "file/below/deeper"}) {
+      const Outcome outcome =
+          folder.run({"box.obj", "--pitch", "45", "--azimuth", azimuth, "-o", output});
+      INFO(outcome.err);
+      CHECK(outcome.code == 1);
+      CHECK(is_error_line(outcome.err, "file"));
+    }
+  }
+  const Outcome in_the_way = folder.run({"box.obj", "--pitch", "45", "--azimuth", "0,90", "-o", "file"});
+  CHECK(in_the_way.code == 2);
+  CHECK(is_error_line(in_the_way.err, "file"));
+}
+
+TEST_CASE("a disk that fills up: exit code 1, nothing half-written") {
+  const SceneFolder folder;
+  const auto before = folder.contents();
+  const Outcome single = sar_render({"box.obj", "--pitch", "45", "--size", "64x64", "-q"},
+                                    {folder.path(), 10000, {}, {}});
+  INFO(single.err);
+  CHECK(single.code == 1);
+  CHECK(is_error_line(single.err, "box_sar.tif"));
+  CHECK(folder.contents() == before);
+
+  const Outcome sweep =
+      sar_render({"box.obj", "--pitch", "45", "--azimuth", "0:90:10", "--size", "64x64", "-q", "-o", "s"},
+                 {folder.path(), 10000, {}, {}});
+  CHECK(sweep.code == 1);
+  CHECK(is_error_line(sweep.err, ".tif"));
+  CHECK(folder.contents("s").size() == 1);  // the recipe, with which the same command continues
+
+  const Outcome again =
+      folder.run({"box.obj", "--pitch", "45", "--azimuth", "0:90:10", "--size", "64x64", "-q", "-o", "s"});
+  CHECK(again.code == 0);
+  CHECK(folder.contents("s").size() == 22);
+}
+
+TEST_CASE("a full stdout is a failure") {
+  const SceneFolder folder;
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--help"}, {"box.obj", "--pitch", "45", "-q"}}) {
+    const Outcome outcome = sar_render(arguments, {folder.path(), 0, "/dev/full", {}});
+    CHECK(outcome.code == 1);
+    CHECK(is_error_line(outcome.err, "stdout"));
+  }
+}
+
+TEST_CASE("more memory than allowed: exit code 2, saying what would fit") {
+  const SceneFolder folder;
+  const auto before = folder.contents();
+  const Outcome image =
+      folder.run({"box.obj", "--pitch", "45", "--size", "30000x30000", "--max-memory", "1G", "-q"});
+  CHECK(image.code == 2);
+  CHECK(is_error_line(image.err, "would fit"));
+  const Outcome rays = folder.run({"box.obj", "--pitch", "45", "--size", "64x64", "--elevations",
+                                   "100000000", "--max-memory", "1G", "-q"});
+  INFO(rays.err);
+  CHECK(rays.code == 2);
+  CHECK(is_error_line(rays.err, "--max-memory"));
+  const Outcome program = folder.run({"box.obj", "--pitch", "45", "--max-memory", "1M", "-q"});
+  CHECK(program.code == 2);
+  CHECK(is_error_line(program.err, "--max-memory"));
+  CHECK(folder.contents() == before);
+}

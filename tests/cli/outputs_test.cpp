@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "catch.h"
+#include "program.h"
+#include "sarnerf/dataset/image_file.h"
+
+using namespace sarnerf;
+
+namespace {
+
+const std::vector<std::string> kView = {"box.obj", "--pitch", "45", "--azimuth", "30", "--size", "40x50"};
+
+std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+}  // namespace
+
+TEST_CASE("one view: image, picture, recipe and report, their paths on stdout") {
+  const SceneFolder folder;
+  const Outcome outcome = folder.run(with(kView, {"-o", "new/deep/a"}));
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
+  CHECK(outcome.out == "new/deep/a.tif\nnew/deep/a.png\nnew/deep/a.json\n");
+  const auto files = folder.contents("new/deep");
+  CHECK(files.size() == 3);
+  CHECK(std::filesystem::exists(folder / "new/deep/a.report.json"));
+
+  const Image<float> image = read_image(folder / "new/deep/a.tif");
+  CHECK(image.n_azimuth() == 40);
+  CHECK(image.n_range() == 50);
+  const Image<float> picture = read_image(folder / "new/deep/a.png");
+  CHECK(picture.n_range() == 50);
+  // The corner sees nothing, the box is bright.
+  CHECK(image(0, 0) == 0.0f);
+  CHECK(picture(0, 0) == 0.0f);
+  float brightest = 0.0f;
+  for (const float p : picture.pixels()) brightest = std::max(brightest, p);
+  CHECK(brightest == 255.0f);
+
+  const std::string& recipe = files.at("a.json");
+  for (const char* piece : {"\"sha256\"", "\"incidence_deg\": 45.0", "\"depression_deg\": 45.0",
+                            "\"azimuth_deg\": 30.0", "\"program\": \"sar_render ", "\"elevations\""}) {
+    INFO(piece);
+    CHECK(recipe.find(piece) != std::string::npos);
+  }
+}
+
+TEST_CASE("names: default, folder, ending") {
+  const SceneFolder folder;
+  std::filesystem::create_directory(folder / "there");
+  CHECK(folder.run(with(kView, {"-q"})).out.starts_with("box_sar.tif\n"));
+  CHECK(folder.run(with(kView, {"-q", "-o", "there"})).out.starts_with("there/box_sar.tif\n"));
+  CHECK(folder.run(with(kView, {"-q", "-o", "fresh/"})).out.starts_with("fresh/box_sar.tif\n"));
+  CHECK(folder.run(with(kView, {"-q", "-o", "a.tif"})).out.starts_with("a.tif\na.png\n"));
+  CHECK(folder.run(with(kView, {"-q", "-o", "v1.5"})).out.starts_with("v1.5.tif\n"));
+}
+
+TEST_CASE("the same recipe is already done, another one is refused, --overwrite replaces") {
+  const SceneFolder folder;
+  REQUIRE(folder.run(with(kView, {"-o", "a"})).code == 0);
+  const auto first = folder.contents();
+  const auto written = std::filesystem::last_write_time(folder / "a.tif");
+
+  const Outcome same = folder.run(with(kView, {"-o", "a"}));
+  CHECK(same.code == 0);
+  CHECK(same.err.find("already done") != std::string::npos);
+  CHECK(same.out == "a.tif\na.png\na.json\n");
+  CHECK(std::filesystem::last_write_time(folder / "a.tif") == written);
+
+  const Outcome other = folder.run(with(kView, {"-o", "a", "--spacing", "0.2"}));
+  CHECK(other.code == 2);
+  CHECK(is_error_line(other.err, "image.spacing_m: [0.3,0.3] there, [0.2,0.2] now"));
+  CHECK(folder.contents() == first);
+
+  // The same name, another content.
+  const std::string box = read_text(folder / "box.obj");
+  write_text(folder / "box.obj", box + "# changed\n");
+  const Outcome changed = folder.run(with(kView, {"-o", "a"}));
+  CHECK(changed.code == 2);
+  CHECK(is_error_line(changed.err, "scene.sha256"));
+  write_text(folder / "box.obj", box);
+
+  CHECK(folder.run(with(kView, {"-o", "a", "--spacing", "0.2", "--overwrite"})).code == 0);
+  CHECK(folder.contents() != first);
+  CHECK(folder.run(with(kView, {"-o", "a", "--overwrite"})).code == 0);
+  CHECK(folder.contents() == first);
+
+  // A picture that was lost is made again.
+  std::filesystem::remove(folder / "a.png");
+  CHECK(folder.run(with(kView, {"-o", "a"})).code == 0);
+  CHECK(folder.contents() == first);
+}
+
+TEST_CASE("files of unknown origin and inputs are not replaced") {
+  const SceneFolder folder;
+  write_text(folder / "a.png", "somebody's");
+  CHECK(folder.run(with(kView, {"-o", "a"})).code == 2);
+  CHECK(read_text(folder / "a.png") == "somebody's");
+
+  write_text(folder / "scene.json",
+             R"({"format":"sarnerf-scene","version":1,"meshes":[{"file":"box.obj"}]})");
+  const Outcome outcome = folder.run({"scene.json", "--pitch", "45", "-o", "scene", "--overwrite"});
+  INFO(outcome.err);
+  CHECK(outcome.code == 2);
+  CHECK(is_error_line(outcome.err, "replace the input"));
+  CHECK(read_text(folder / "scene.json").starts_with("{\"format\""));
+}
+
+TEST_CASE("a mesh that a scene file names is part of its recipe") {
+  const SceneFolder folder;
+  write_text(folder / "scene.json",
+             R"({"format":"sarnerf-scene","version":1,"meshes":[{"file":"box.obj"}]})");
+  REQUIRE(folder.run({"scene.json", "--pitch", "45", "-q"}).code == 0);
+  CHECK(folder.run({"scene.json", "--pitch", "45"}).err.find("already done") != std::string::npos);
+  write_text(folder / "box.obj", read_text(folder / "box.obj") + "# changed\n");
+  const Outcome changed = folder.run({"scene.json", "--pitch", "45", "-q"});
+  CHECK(changed.code == 2);
+  CHECK(is_error_line(changed.err, "resolved.inputs"));
+}
+
+TEST_CASE("the same bytes whatever the threads") {
+  const SceneFolder folder;
+  for (const char* threads : {"1", "2", "3"}) {
+    CHECK(folder.run(with(kView, {"-q", "--threads", threads, "-o", std::string(threads) + "/a"})).code ==
+          0);
+  }
+  CHECK(folder.contents("1") == folder.contents("2"));
+  CHECK(folder.contents("1") == folder.contents("3"));
+}
+
+TEST_CASE("the plan: printed before the work, or instead of it") {
+  const SceneFolder folder;
+  const auto before = folder.contents();
+  const Outcome dry = folder.run(with(kView, {"--dry-run"}));
+  CHECK(dry.code == 0);
+  for (const char* piece : {"scene", "rays", "memory", "time", "left out", "40 x 50 pixels", "box_sar"}) {
+    INFO(piece);
+    CHECK(dry.out.find(piece) != std::string::npos);
+  }
+  CHECK(folder.contents() == before);
+
+  const Outcome explained = folder.run(with(kView, {"--explain", "-q"}));
+  CHECK(explained.code == 0);
+  CHECK(explained.err.find("left out") != std::string::npos);
+  CHECK(explained.out.starts_with("box_sar.tif\n"));
+}
+
+TEST_CASE("a blank image says why") {
+  const SceneFolder folder;
+  const Outcome outcome = folder.run(with(kView, {"--aim", "500,0,0", "-q"}));
+  CHECK(outcome.code == 0);
+  CHECK(outcome.err.find("warning: ") != std::string::npos);
+  CHECK(outcome.err.find("swath") != std::string::npos);
+}

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <csignal>
+
+#include "catch.h"
+#include "program.h"
+#include "sarnerf/dataset/image_file.h"
+#include "sarnerf/dataset/manifest.h"
+
+using namespace sarnerf;
+
+namespace {
+
+std::vector<std::string> sweep(const std::string& output, const std::vector<std::string>& more = {}) {
+  std::vector<std::string> all = {"box.obj", "--pitch",   "35,50", "--azimuth", "0:330:30", "--size",
+                                  "24x32",   "--spacing", "0.5",   "-o",        output};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+std::size_t n_images(const std::filesystem::path& folder) {
+  std::error_code code;
+  std::size_t n = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "images", code)) {
+    n += entry.path().extension() == ".tif";
+  }
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("a sweep is a dataset of every combination") {
+  const SceneFolder folder;
+  const Outcome outcome = folder.run(sweep("s"));
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  CHECK(outcome.out == "s/dataset.json\n");
+  const Dataset dataset = read_manifest(folder / "s");
+  REQUIRE(dataset.views.size() == 24);
+  CHECK(dataset.quantity == Quantity::power);
+  CHECK(dataset.calibration == Calibration::beta0);
+  CHECK(dataset.views[0].incidence_deg == 35.0);
+  CHECK(dataset.views[11].azimuth_deg == 330.0);
+  CHECK(dataset.views[12].incidence_deg == 50.0);
+  CHECK(dataset.views[12].altitude_m == 10000.0);
+  CHECK(dataset.scene_box_m.max.y ==
+        scene_box_of_swath(dataset.aim_m, dataset.views).max.y);
+  for (const DatasetView& view : dataset.views) {
+    const Image<float> image = read_image(folder / "s" / view.image);
+    CHECK(image.n_azimuth() == 24);
+    CHECK(image.n_range() == 32);
+    CHECK(std::any_of(image.pixels().begin(), image.pixels().end(), [](float p) { return p > 0; }));
+  }
+  CHECK(folder.contents("s").size() == 2 + 2 * 24);
+  CHECK(std::filesystem::exists(folder / "s/dataset.report.json"));
+
+  // One of its views alone is the same image.
+  CHECK(folder.run({"box.obj", "--pitch", "50", "--azimuth", "30", "--size", "24x32", "--spacing", "0.5",
+                    "-q", "-o", "one"}).code == 0);
+  CHECK(read_text(folder / "one.tif") == read_text(folder / "s/images/view_013.tif"));
+  CHECK(read_text(folder / "one.png") == read_text(folder / "s/png/view_013.png"));
+}
+
+TEST_CASE("a sweep does not depend on threads, nor on how its views share them") {
+  const SceneFolder folder;
+  CHECK(folder.run(sweep("a", {"--threads", "1"})).code == 0);
+  CHECK(folder.run(sweep("b", {"--threads", "2"})).code == 0);
+  // More threads than half the views: all threads on one view after the other.
+  CHECK(folder.run(sweep("c", {"--threads", "20"})).code == 0);
+  CHECK(folder.contents("a") == folder.contents("b"));
+  CHECK(folder.contents("a") == folder.contents("c"));
+}
+
+TEST_CASE("views that are there are kept, damaged and missing ones made again") {
+  const SceneFolder folder;
+  REQUIRE(folder.run(sweep("s")).code == 0);
+  const auto whole = folder.contents("s");
+  const auto kept = std::filesystem::last_write_time(folder / "s/images/view_004.tif");
+
+  const Outcome done = folder.run(sweep("s"));
+  CHECK(done.code == 0);
+  CHECK(done.err.find("already done") != std::string::npos);
+
+  std::filesystem::remove(folder / "s/images/view_003.tif");
+  std::filesystem::remove(folder / "s/png/view_007.png");
+  std::filesystem::resize_file(folder / "s/images/view_010.tif", 1000);
+  write_text(folder / "s/images/.view_011.tif.123-4.partial", "left by a killed process");
+  const Outcome again = folder.run(sweep("s"));
+  CHECK(again.code == 0);
+  CHECK(again.err.find("21 of 24") != std::string::npos);
+  CHECK(folder.contents("s") == whole);
+  CHECK(std::filesystem::last_write_time(folder / "s/images/view_004.tif") == kept);
+}
+
+TEST_CASE("another recipe is refused by name, --overwrite leaves nothing of the old one") {
+  const SceneFolder folder;
+  REQUIRE(folder.run(sweep("s")).code == 0);
+  write_text(folder / "s/notes.txt", "mine");
+  const auto before = folder.contents("s");
+  const std::vector<std::string> other = {"box.obj", "--pitch", "35",  "--azimuth", "0:90:30", "--size",
+                                          "24x32",   "-o",      "s"};
+  const Outcome refused = folder.run(other);
+  CHECK(refused.code == 2);
+  CHECK(is_error_line(refused.err, "views.incidence_deg: [35.0,50.0] there, [35.0] now"));
+  CHECK(folder.contents("s") == before);
+
+  auto overwrite = other;
+  overwrite.push_back("--overwrite");
+  CHECK(folder.run(overwrite).code == 0);
+  CHECK(folder.contents("s").size() == 2 + 2 * 4 + 1);
+  CHECK(read_text(folder / "s/notes.txt") == "mine");
+
+  std::filesystem::create_directories(folder / "foreign/images");
+  CHECK(folder.run(sweep("foreign")).code == 2);
+}
+
+TEST_CASE("interrupted, a sweep keeps its finished views and continues to the same bytes") {
+  const SceneFolder folder;
+  const auto slow = [](const std::string& output) {
+    return std::vector<std::string>{"box.obj", "--pitch", "45",           "--azimuth", "0:299:1", "--size",
+                                    "32x32",   "-o",      output,         "--elevations", "3000"};
+  };
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string name = "s" + std::to_string(signal);
+    bool sent = false;
+    const auto when_some_are_there = [&] {
+      if (sent || n_images(folder / name) < 5) return 0;
+      sent = true;
+      return signal;
+    };
+    const Outcome outcome = sar_render(slow(name), {folder.path(), 0, {}, when_some_are_there});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 130);
+    CHECK(outcome.err.find("the same command continues") != std::string::npos);
+    CHECK(outcome.out.empty());
+    const Dataset partial = read_manifest(folder / name);
+    CHECK(partial.views.size() == n_images(folder / name));
+    CHECK(partial.views.size() < 300);
+    CHECK(partial.provenance_json.find("unfinished") != std::string::npos);
+    for (const DatasetView& view : partial.views) {
+      CHECK(read_image(folder / name / view.image).n_range() == 32);
+    }
+    const auto kept = folder.contents(name);
+
+    CHECK(folder.run(slow(name)).code == 0);
+    const auto whole = folder.contents(name);
+    for (const auto& [path, bytes] : kept) {
+      if (path != "dataset.json") CHECK(whole.at(path) == bytes);
+    }
+  }
+  CHECK(folder.run(slow("straight")).code == 0);
+  CHECK(folder.contents("straight") == folder.contents("s" + std::to_string(SIGINT)));
+  CHECK(folder.contents("straight") == folder.contents("s" + std::to_string(SIGTERM)));
+}
+
+TEST_CASE("interrupted before anything is finished, nothing of a single view is left") {
+  const SceneFolder folder;
+  const auto before = folder.contents();
+  int asked = 0;
+  // Late enough for the handler to stand, early enough for a view of minutes.
+  const auto soon = [&] { return ++asked == 300 ? SIGINT : 0; };
+  const Outcome outcome =
+      sar_render({"box.obj", "--pitch", "45", "--size", "2000x2000", "--spacing", "0.01", "--sub-rows",
+                  "64", "--elevations", "20000"},
+                 {folder.path(), 0, {}, soon});
+  INFO(outcome.err);
+  CHECK(outcome.code == 130);
+  CHECK(folder.contents() == before);
+}
