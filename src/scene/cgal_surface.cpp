@@ -42,7 +42,7 @@ auto translated(Work work) {
     return work();
   } catch (const CGAL::Failure_exception& failure) {
     throw InputError(std::string("the mesh cannot be repaired (CGAL: ") + failure.message() +
-                     "); try --no-repair or another export");
+                     "); export it again, or mend it where it was made");
   }
 }
 

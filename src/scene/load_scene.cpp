@@ -104,8 +104,9 @@ class Assembly {
     binding_.bind(entry, soup);
     const NameTable groups = soup.groups;
     RepairCounts counts;
-    RepairedMesh mesh =
-        repair_mesh(std::move(soup), media(), options_.repair, options_.monitor, counts);
+    RepairedMesh mesh = repair_mesh(
+        std::move(soup),
+        {media(), options_.repair, entry.file.string(), budget(), options_.monitor}, counts);
     for (std::string& note : repair_notes(counts, prefix)) {
       scene_.report.notes.push_back(std::move(note));
     }
@@ -135,15 +136,21 @@ class Assembly {
   }
 
  private:
-  TriangleSoup read(const MeshEntry& entry, const std::string& prefix) {
-    const Clock::time_point start = Clock::now();
+  /// What is left for the next mesh.
+  MemoryBudget budget() const {
     MemoryBudget budget(options_.max_memory_bytes);
     budget.add_kept(
         MemoryBudget::mesh_bytes(scene_.mesh.vertices_m.size(), scene_.mesh.triangles.size()));
-    const std::string bytes = read_file(entry.file, budget);
-    budget.add_kept(bytes.size());
+    return budget;
+  }
+
+  TriangleSoup read(const MeshEntry& entry, const std::string& prefix) {
+    const Clock::time_point start = Clock::now();
+    MemoryBudget memory = budget();
+    const std::string bytes = read_file(entry.file, memory);
+    memory.add_kept(bytes.size());
     TriangleSoup soup =
-        read_mesh(entry.file, MeshSource{bytes, entry.file.string(), budget, options_.monitor});
+        read_mesh(entry.file, MeshSource{bytes, entry.file.string(), memory, options_.monitor});
     scene_.report.read_s += seconds_since(start);
 
     if (soup.n_ignored_faces > 0) {

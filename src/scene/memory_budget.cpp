@@ -9,9 +9,9 @@
 namespace sarnerf {
 namespace {
 
-// Peak of reading and repair, measured (see the scene's tests by hand in docs/materials.md's neighbour).
-constexpr std::uint64_t kPeakPerVertex = 220;
-constexpr std::uint64_t kPeakPerTriangle = 260;
+constexpr std::uint64_t kPerVertex = 50;
+constexpr std::uint64_t kPerTriangle = 90;
+constexpr std::uint64_t kPerOrientedTriangle = 350;
 
 [[noreturn]] void refuse(const std::string& name, const std::string& what, std::uint64_t needed,
                          std::uint64_t limit, const std::string& fits) {
@@ -34,18 +34,31 @@ void MemoryBudget::require_file(std::uint64_t bytes, const std::string& name) co
 void MemoryBudget::require_mesh(std::uint64_t n_vertices, std::uint64_t n_triangles,
                                 const std::string& name) const {
   if (limit_bytes_ == 0) return;
-  const std::uint64_t needed =
-      kept_bytes_ + kPeakPerVertex * n_vertices + kPeakPerTriangle * n_triangles;
+  const std::uint64_t needed = kept_bytes_ + kPerVertex * n_vertices + kPerTriangle * n_triangles;
   if (needed <= limit_bytes_) return;
   const std::uint64_t available = limit_bytes_ - std::min(kept_bytes_, limit_bytes_);
   // A closed mesh has half as many vertices as triangles.
-  const std::uint64_t fits = available / (kPeakPerTriangle + kPeakPerVertex / 2);
+  const std::uint64_t fits = available / (kPerTriangle + kPerVertex / 2);
   refuse(name,
-         "reading and repairing " + counted(n_triangles, "triangle", "triangles") + " on " +
+         "reading " + counted(n_triangles, "triangle", "triangles") + " on " +
              counted(n_vertices, "vertex", "vertices"),
          needed, limit_bytes_,
          ", enough for about " + counted(fits, "triangle", "triangles") +
              "; raise it or use a coarser mesh");
+}
+
+void MemoryBudget::require_orientation(std::uint64_t n_triangles, const std::string& name) const {
+  if (limit_bytes_ == 0) return;
+  const std::uint64_t needed = kept_bytes_ + kPerOrientedTriangle * n_triangles;
+  if (needed <= limit_bytes_) return;
+  const std::uint64_t available = limit_bytes_ - std::min(kept_bytes_, limit_bytes_);
+  refuse(name,
+         "orienting " + counted(n_triangles, "triangle", "triangles") +
+             " whose neighbours look the other way",
+         needed, limit_bytes_,
+         ", enough for about " +
+             counted(available / kPerOrientedTriangle, "triangle", "triangles") +
+             "; raise it, or orient the mesh where it was made");
 }
 
 }  // namespace sarnerf

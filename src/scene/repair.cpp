@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "repair.h"
 
+#include <span>
 #include <unordered_map>
 
 #include "cgal_surface.h"
@@ -39,10 +40,11 @@ std::vector<std::uint32_t> troubled_triangles(std::span<const glm::uvec3> triang
 
 /// Orients what needs it; returns which triangles were reversed.
 std::vector<bool> orient(std::vector<glm::dvec3>& vertices, std::vector<glm::uvec3>& triangles,
-                         RepairCounts& counts) {
+                         const RepairSetup& setup, RepairCounts& counts) {
   std::vector<bool> turned(triangles.size(), false);
   const std::vector<std::uint32_t> chosen = troubled_triangles(triangles, vertices.size(), counts);
   if (chosen.empty()) return turned;
+  setup.budget.require_orientation(chosen.size(), setup.name);
 
   std::unordered_map<std::uint32_t, std::uint32_t> local_of;
   std::vector<std::uint32_t> global_of;
@@ -158,17 +160,17 @@ void drop_unused_vertices(RepairedMesh& mesh) {
 
 }  // namespace
 
-RepairedMesh repair_mesh(TriangleSoup soup, std::span<const std::uint32_t> medium_of_material,
-                         bool mend, const Monitor& monitor, RepairCounts& counts) {
+RepairedMesh repair_mesh(TriangleSoup soup, const RepairSetup& setup, RepairCounts& counts) {
+  const std::span<const std::uint32_t> medium_of_material(setup.medium_of_material);
   constexpr std::uint64_t kSteps = 4;
   const auto step = [&](std::uint64_t n) {
-    monitor.check();
-    monitor.report("repairing", n, kSteps);
+    setup.monitor.check();
+    setup.monitor.report("repairing", n, kSteps);
   };
   step(0);
   counts.merged_vertices = weld_vertices(soup, medium_of_material);
   step(1);
-  if (mend) {
+  if (setup.mend) {
     counts.repeated_corner_faces = drop_repeated_corners(soup);
     counts.stitched_vertices = stitch_borders(soup, medium_of_material);
     if (counts.stitched_vertices > 0) counts.repeated_corner_faces += drop_repeated_corners(soup);
@@ -180,12 +182,12 @@ RepairedMesh repair_mesh(TriangleSoup soup, std::span<const std::uint32_t> mediu
   mesh.triangles = std::move(soup.triangles);
   mesh.material = std::move(soup.material);
   mesh.group = std::move(soup.group);
-  const std::vector<bool> turned = mend ? orient(mesh.vertices, mesh.triangles, counts)
-                                        : std::vector<bool>(mesh.triangles.size(), false);
+  const std::vector<bool> turned = setup.mend ? orient(mesh.vertices, mesh.triangles, setup, counts)
+                                              : std::vector<bool>(mesh.triangles.size(), false);
   step(3);
   std::vector<PieceShape> pieces = find_pieces(mesh, turned);
-  if (mend) {
-    face_outward(mesh, pieces, medium_of_material, monitor, counts);
+  if (setup.mend) {
+    face_outward(mesh, pieces, medium_of_material, setup.monitor, counts);
     drop_flat_faces(mesh, pieces, counts);
     drop_unused_vertices(mesh);
   } else {
@@ -195,7 +197,7 @@ RepairedMesh repair_mesh(TriangleSoup soup, std::span<const std::uint32_t> mediu
   for (const PieceShape& piece : pieces) mesh.closed.push_back(piece.closed);
   for (const bool closed : mesh.closed) ++(closed ? counts.solids : counts.shell_pieces);
   for (const std::uint32_t p : mesh.piece) counts.shell_faces += mesh.closed[p] ? 0 : 1;
-  monitor.report("repairing", kSteps, kSteps);
+  setup.monitor.report("repairing", kSteps, kSteps);
   return mesh;
 }
 

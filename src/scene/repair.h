@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <span>
 #include <string>
 #include <vector>
 
+#include "memory_budget.h"
 #include "sarnerf/core/monitor.h"
 #include "triangle_soup.h"
 
@@ -20,6 +20,15 @@ struct RepairedMesh {
   std::vector<std::uint32_t> group;     ///< per triangle
   std::vector<std::uint32_t> piece;     ///< per triangle, index into closed
   std::vector<bool> closed;             ///< per piece
+};
+
+struct RepairSetup {
+  /// 0 for opaque materials, another number for each translucent one.
+  std::vector<std::uint32_t> medium_of_material;
+  bool mend = true;
+  std::string name;  ///< of the mesh, for messages
+  MemoryBudget budget;
+  Monitor monitor;
 };
 
 /// What repair met; each figure that is not zero becomes a line of the report.
@@ -51,13 +60,11 @@ struct RepairCounts {
 /// - everything else is a thin shell. Faces without area hold their neighbours together until then, and
 ///   go last.
 ///
-/// Faces of different media never share a piece: `medium_of_material` is 0 for opaque materials and
-/// another number for each translucent one, so that each medium has a boundary of its own.
+/// Faces of different media never share a piece, so that each medium has a boundary of its own.
 /// With `mend` false faces stay as they are, and only pieces that are closed, consistent and outward as
 /// drawn count as solids. A million triangles take about a second, and up to five where every face needs
 /// turning.
-RepairedMesh repair_mesh(TriangleSoup soup, std::span<const std::uint32_t> medium_of_material,
-                         bool mend, const Monitor& monitor, RepairCounts& counts);
+RepairedMesh repair_mesh(TriangleSoup soup, const RepairSetup& setup, RepairCounts& counts);
 
 /// One line each, beginning with `prefix`; nothing for what did not occur.
 std::vector<std::string> repair_notes(const RepairCounts& counts, const std::string& prefix);

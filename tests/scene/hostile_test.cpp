@@ -183,6 +183,19 @@ TEST_CASE("More memory than allowed is refused before it is taken") {
   CHECK(load_text("big.obj", obj.text(), options).pieces.size() == 200);
 }
 
+TEST_CASE("Orienting a tangle takes more, and is refused by itself") {
+  std::string text = "v 0 0 0\n";
+  for (int n = 1; n <= 2000; ++n) {
+    text += "v 0 " + std::to_string(n) + " 0\nv 1 " + std::to_string(n) + " 0\n";
+    text += n % 2 ? "f 1 -1 -2\n" : "f 1 -1 -3\n";
+  }
+  LoadOptions options;
+  options.max_memory_bytes = 700'000;
+  CHECK(says(message_of<UsageError>([&] { load_text("fan.obj", text, options); }),
+             {"fan.obj", "look the other way", "700 kB"}));
+  CHECK(load_text("fan.obj", text).mesh.triangles.size() == 2000);
+}
+
 TEST_CASE("A stop is honoured, progress is told") {
   ObjBuilder obj;
   obj.cube({0, 0, 0}, 1.0);

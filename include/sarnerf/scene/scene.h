@@ -23,7 +23,8 @@ struct Mesh {
   std::vector<std::uint32_t> group;     ///< per triangle, index into Scene::groups
 };
 
-/// A connected part of the mesh after repair.
+/// A connected part of the mesh after repair. A cavity belongs to the solid around it; faces of opaque and
+/// of translucent materials, or of different translucent ones, never share a piece.
 struct Piece {
   bool closed = false;       ///< bounds a volume; otherwise a thin shell, seen from both sides
   std::uint32_t object = 0;  ///< index into Scene::objects
