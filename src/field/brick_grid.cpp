@@ -19,12 +19,13 @@ void validate_view(const BrickView<const T>& grid) {
     throw UsageError("a grid's voxel size must be positive, found " +
                      std::to_string(grid.transform.voxel_size_m) + " m");
   }
-  const std::size_t expected = grid.topology->n_bricks() * kBrickVoxels *
-                               static_cast<std::size_t>(grid.n_channels);
+  const std::size_t expected =
+      grid.topology->n_bricks() * kBrickVoxels * static_cast<std::size_t>(grid.n_channels);
   if (grid.values.size() != expected) {
-    throw UsageError("a grid of " + std::to_string(grid.topology->n_bricks()) + " bricks of 512 voxels and " +
-                     std::to_string(grid.n_channels) + " channels needs " + std::to_string(expected) +
-                     " values, found " + std::to_string(grid.values.size()));
+    throw UsageError("a grid of " + std::to_string(grid.topology->n_bricks()) +
+                     " bricks of 512 voxels and " + std::to_string(grid.n_channels) +
+                     " channels needs " + std::to_string(expected) + " values, found " +
+                     std::to_string(grid.values.size()));
   }
 }
 

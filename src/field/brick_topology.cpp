@@ -2,6 +2,7 @@
 #include "sarnerf/field/brick_topology.h"
 
 #include <string>
+#include <utility>
 
 #include "sarnerf/core/error.h"
 
@@ -44,8 +45,9 @@ std::uint32_t BrickTopology::insert_tile(const glm::ivec3& tile) {
 std::uint32_t BrickTopology::insert(const glm::ivec3& brick) {
   for (int axis = 0; axis < 3; ++axis) {
     if (brick[axis] < -kMaxBrick || brick[axis] > kMaxBrick) {
-      throw UsageError("bricks lie within " + std::to_string(kMaxBrick) + " of the origin, found one at " +
-                       std::to_string(brick[axis]) + "; choose larger voxels or an origin in the scene");
+      throw UsageError("bricks lie within " + std::to_string(kMaxBrick) +
+                       " of the origin, found one at " + std::to_string(brick[axis]) +
+                       "; choose larger voxels or an origin in the scene");
     }
   }
   // A tile is to bricks what a brick is to voxels.

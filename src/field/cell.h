@@ -37,7 +37,8 @@ inline void find_cells_along(double origin_m, double voxels_per_m,
   }
 }
 
-inline void find_cells(const GridTransform& transform, std::span<const glm::vec3> points_m, Cells& cells) {
+inline void find_cells(const GridTransform& transform, std::span<const glm::vec3> points_m,
+                       Cells& cells) {
   std::array<float, Cells::kCapacity> coordinate_m[3];
   for (std::size_t n = 0; n < points_m.size(); ++n) {
     coordinate_m[0][n] = points_m[n].x;

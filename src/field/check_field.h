@@ -33,9 +33,10 @@ void check_field(int n_grid_channels, const FieldChannels& channels, const RayDi
   }
   if (channels.count() != n_grid_channels) {
     throw UsageError("field samples: the grid has " + std::to_string(n_grid_channels) +
-                     " channels, but a field with " + (channels.two_extinctions ? "two extinctions" : "one extinction") +
-                     " and harmonics of degree " + std::to_string(channels.harmonics_degree) + " has " +
-                     std::to_string(channels.count()));
+                     " channels, but a field with " +
+                     (channels.two_extinctions ? "two extinctions" : "one extinction") +
+                     " and harmonics of degree " + std::to_string(channels.harmonics_degree) +
+                     " has " + std::to_string(channels.count()));
   }
   expect_field_length(rays.ray_begin.size(), rays.ray_direction.size() + 1, "ray_begin");
   if (rays.ray_begin.front() != 0 || rays.ray_begin.back() != n_points ||

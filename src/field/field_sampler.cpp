@@ -34,22 +34,24 @@ void sample_field(const BrickView<const float>& grid, const FieldChannels& chann
   check_field(grid.n_channels, channels, rays, points_m.size(), out);
   const auto n_channels = static_cast<std::size_t>(grid.n_channels);
   const auto first_harmonic = static_cast<std::size_t>(channels.first_harmonic());
+  const std::size_t n_coefficients = n_channels - first_harmonic;
   std::vector<float> samples(kBlockPoints * n_channels);
   std::size_t ray = 0;
   for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
     const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
     sample_trilinear(grid, points_m.subspan(begin, n), {samples.data(), n * n_channels});
-    for_each_ray(rays, channels.harmonics_degree, begin, begin + n, ray,
-                 [&](const auto& y, std::size_t first, std::size_t end) {
+    const auto combine = [&](const auto& y, std::size_t first, std::size_t end) {
       for (std::size_t s = first; s < end; ++s) {
         const float* const sample = &samples[(s - begin) * n_channels];
+        const float* const coefficients = sample + first_harmonic;
         float sum = 0.0f;
-        for (std::size_t m = first_harmonic; m < n_channels; ++m) sum += sample[m] * y[m - first_harmonic];
+        for (std::size_t m = 0; m < n_coefficients; ++m) sum += coefficients[m] * y[m];
         out.extinction_per_m[s] = sample[0];
         if (channels.two_extinctions) out.extinction_back_per_m[s] = sample[1];
         out.brightness[s] = std::max(0.0f, sum);
       }
-    });
+    };
+    for_each_ray(rays, channels.harmonics_degree, begin, begin + n, ray, combine);
   }
 }
 
@@ -61,21 +63,24 @@ void sample_field_adjoint(const BrickView<float>& grid_gradients, const FieldCha
   expect_field_length(brightness.size(), points_m.size(), "brightness");
   const auto n_channels = static_cast<std::size_t>(grid_gradients.n_channels);
   const auto first_harmonic = static_cast<std::size_t>(channels.first_harmonic());
+  const std::size_t n_coefficients = n_channels - first_harmonic;
   std::vector<float> gradients(kBlockPoints * n_channels);
   std::size_t ray = 0;
   for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
     const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
-    for_each_ray(rays, channels.harmonics_degree, begin, begin + n, ray,
-                 [&](const auto& y, std::size_t first, std::size_t end) {
+    const auto take_apart = [&](const auto& y, std::size_t first, std::size_t end) {
       for (std::size_t s = first; s < end; ++s) {
         float* const gradient = &gradients[(s - begin) * n_channels];
+        float* const by_coefficient = gradient + first_harmonic;
         const float by_sum = brightness[s] > 0.0f ? point_gradients.brightness[s] : 0.0f;
         gradient[0] = point_gradients.extinction_per_m[s];
         if (channels.two_extinctions) gradient[1] = point_gradients.extinction_back_per_m[s];
-        for (std::size_t m = first_harmonic; m < n_channels; ++m) gradient[m] = by_sum * y[m - first_harmonic];
+        for (std::size_t m = 0; m < n_coefficients; ++m) by_coefficient[m] = by_sum * y[m];
       }
-    });
-    scatter_trilinear(grid_gradients, points_m.subspan(begin, n), {gradients.data(), n * n_channels});
+    };
+    for_each_ray(rays, channels.harmonics_degree, begin, begin + n, ray, take_apart);
+    scatter_trilinear(grid_gradients, points_m.subspan(begin, n),
+                      {gradients.data(), n * n_channels});
   }
 }
 

@@ -53,7 +53,8 @@ void sample_trilinear(const BrickView<const double>& grid, std::span<const glm::
   }
 }
 
-void scatter_trilinear(const BrickView<double>& grid_gradients, std::span<const glm::dvec3> points_m,
+void scatter_trilinear(const BrickView<double>& grid_gradients,
+                       std::span<const glm::dvec3> points_m,
                        std::span<const double> sample_gradients) {
   check_samples<double>(grid_gradients, points_m.size(), sample_gradients.size());
   const auto n_channels = static_cast<std::size_t>(grid_gradients.n_channels);
@@ -78,7 +79,8 @@ void sample_field(const BrickView<const double>& grid, const FieldChannels& chan
   const std::vector<std::uint32_t> ray = ray_of_points(rays, n);
   for (std::size_t s = 0; s < n; ++s) {
     const double* sample = &samples[s * n_channels];
-    const auto y = spherical_harmonics(glm::dvec3(rays.ray_direction[ray[s]]), channels.harmonics_degree);
+    const auto y =
+        spherical_harmonics(glm::dvec3(rays.ray_direction[ray[s]]), channels.harmonics_degree);
     double sum = 0.0;
     for (std::size_t m = first; m < n_channels; ++m) sum += sample[m] * y[m - first];
     out.extinction_per_m[s] = sample[0];
@@ -100,7 +102,8 @@ void sample_field_adjoint(const BrickView<double>& grid_gradients, const FieldCh
   const std::vector<std::uint32_t> ray = ray_of_points(rays, n);
   for (std::size_t s = 0; s < n; ++s) {
     double* gradient = &sample_gradients[s * n_channels];
-    const auto y = spherical_harmonics(glm::dvec3(rays.ray_direction[ray[s]]), channels.harmonics_degree);
+    const auto y =
+        spherical_harmonics(glm::dvec3(rays.ray_direction[ray[s]]), channels.harmonics_degree);
     gradient[0] = point_gradients.extinction_per_m[s];
     if (channels.two_extinctions) gradient[1] = point_gradients.extinction_back_per_m[s];
     for (std::size_t m = first; m < n_channels && brightness[s] > 0.0; ++m) {

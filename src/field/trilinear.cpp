@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/field/trilinear.h"
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -30,8 +31,9 @@ int corner_offset(const glm::ivec3& voxel, int n) {
 /// for voxels of bricks that are not there. Free of branches: which borders are crossed is as good as
 /// random.
 template <class T>
-[[gnu::always_inline]] inline std::array<T*, 4> pairs_of(const BrickView<T>& grid, const BrickTopology::Neighbours& bricks,
-                           const glm::ivec3& voxel, T* nothing) {
+[[gnu::always_inline]] inline std::array<T*, 4> pairs_of(const BrickView<T>& grid,
+                                                         const BrickTopology::Neighbours& bricks,
+                                                         const glm::ivec3& voxel, T* nothing) {
   const int crossed = crossed_sides(voxel);
   std::array<T*, 4> pairs;
   for (int p = 0; p < 4; ++p) {
@@ -44,7 +46,8 @@ template <class T>
 
 /// The eight corners of any other cell; null for voxels of bricks that are not there.
 template <class T>
-std::array<T*, 8> corners_of(const BrickView<T>& grid, BrickFinder& finder, const glm::ivec3& voxel) {
+std::array<T*, 8> corners_of(const BrickView<T>& grid, BrickFinder& finder,
+                             const glm::ivec3& voxel) {
   const int crossed = crossed_sides(voxel);
   const glm::ivec3 first = brick_of_voxel(voxel);
   const std::uint32_t own = finder.find(first);
@@ -138,31 +141,38 @@ void add_to_pairs(const std::array<float*, 4>& pair, const std::array<float, 4>&
   }
 }
 
+/// Corner n has the weight of its pair times that of its side in z.
+float corner_weight(const std::array<float, 4>& weight, float z, std::size_t n) {
+  return weight[n / 2] * (n % 2 ? z : 1.0f - z);
+}
+
 template <int kChannels>
 void sample(const BrickView<const float>& any_grid, std::span<const glm::vec3> points_m,
             float* __restrict out) {
   const BrickView<const float> grid = with_known_channels<kChannels>(any_grid);
   const auto n_channels = static_cast<std::size_t>(grid.n_channels);
   const std::vector<float> zeros(2 * n_channels, 0.0f);
-  for_each_cell(grid, points_m, [&](BrickFinder& finder, const glm::ivec3& voxel, const glm::vec3& f) {
+  const auto visit = [&](BrickFinder& finder, const glm::ivec3& voxel, const glm::vec3& f) {
     const std::array<float, 4> weight = pair_weights(f);
     const std::uint32_t brick = finder.find(brick_of_voxel(voxel));
     if (brick != kNoBrick && (voxel.z & 7) != 7) {
-      mix_pairs<kChannels>(pairs_of(grid, grid.topology->neighbours(brick), voxel, zeros.data()),
-                           weight, f.z, n_channels, out);
+      const auto& bricks = grid.topology->neighbours(brick);
+      mix_pairs<kChannels>(pairs_of(grid, bricks, voxel, zeros.data()), weight, f.z, n_channels,
+                           out);
     } else {
       for (std::size_t c = 0; c < n_channels; ++c) out[c] = 0.0f;
       if (brick != kNoBrick || crossed_sides(voxel) != 0) {
         const std::array<const float*, 8> corners = corners_of(grid, finder, voxel);
         for (std::size_t n = 0; n < 8; ++n) {
           if (!corners[n]) continue;
-          const float w = weight[n / 2] * (n % 2 ? f.z : 1.0f - f.z);
+          const float w = corner_weight(weight, f.z, n);
           for (std::size_t c = 0; c < n_channels; ++c) out[c] += w * corners[n][c];
         }
       }
     }
     out += n_channels;
-  });
+  };
+  for_each_cell(grid, points_m, visit);
 }
 
 template <int kChannels>
@@ -171,22 +181,24 @@ void scatter(const BrickView<float>& any_grid, std::span<const glm::vec3> points
   const BrickView<float> grid = with_known_channels<kChannels>(any_grid);
   const auto n_channels = static_cast<std::size_t>(grid.n_channels);
   std::vector<float> nowhere(2 * n_channels, 0.0f);
-  for_each_cell(grid, points_m, [&](BrickFinder& finder, const glm::ivec3& voxel, const glm::vec3& f) {
+  const auto visit = [&](BrickFinder& finder, const glm::ivec3& voxel, const glm::vec3& f) {
     const std::array<float, 4> weight = pair_weights(f);
     const std::uint32_t brick = finder.find(brick_of_voxel(voxel));
     if (brick != kNoBrick && (voxel.z & 7) != 7) {
-      add_to_pairs<kChannels>(pairs_of(grid, grid.topology->neighbours(brick), voxel, nowhere.data()),
-                              weight, f.z, n_channels, in);
+      const auto& bricks = grid.topology->neighbours(brick);
+      add_to_pairs<kChannels>(pairs_of(grid, bricks, voxel, nowhere.data()), weight, f.z,
+                              n_channels, in);
     } else if (brick != kNoBrick || crossed_sides(voxel) != 0) {
       const std::array<float*, 8> corners = corners_of(grid, finder, voxel);
       for (std::size_t n = 0; n < 8; ++n) {
         if (!corners[n]) continue;
-        const float w = weight[n / 2] * (n % 2 ? f.z : 1.0f - f.z);
+        const float w = corner_weight(weight, f.z, n);
         for (std::size_t c = 0; c < n_channels; ++c) corners[n][c] += w * in[c];
       }
     }
     in += n_channels;
-  });
+  };
+  for_each_cell(grid, points_m, visit);
 }
 
 /// Calls f.operator()<kChannels>() for the numbers of channels that fields have: one or two extinctions
@@ -194,14 +206,22 @@ void scatter(const BrickView<float>& any_grid, std::span<const glm::vec3> points
 template <class F>
 void with_channels(int n_channels, F&& f) {
   switch (n_channels) {
-    case 1: return f.template operator()<1>();
-    case 2: return f.template operator()<2>();
-    case 3: return f.template operator()<3>();
-    case 5: return f.template operator()<5>();
-    case 6: return f.template operator()<6>();
-    case 10: return f.template operator()<10>();
-    case 11: return f.template operator()<11>();
-    default: return f.template operator()<0>();
+    case 1:
+      return f.template operator()<1>();
+    case 2:
+      return f.template operator()<2>();
+    case 3:
+      return f.template operator()<3>();
+    case 5:
+      return f.template operator()<5>();
+    case 6:
+      return f.template operator()<6>();
+    case 10:
+      return f.template operator()<10>();
+    case 11:
+      return f.template operator()<11>();
+    default:
+      return f.template operator()<0>();
   }
 }
 

@@ -33,7 +33,8 @@ void check_spans(const SegmentSpans<T>& segments, const FieldSamples<T>& field, 
   // Rays may be a part of those that share the segments' arrays.
   if (segments.ray_begin.back() > n_segments) {
     throw UsageError("integrate: ray_begin ends at segment " +
-                     std::to_string(segments.ray_begin.back()) + " of " + std::to_string(n_segments));
+                     std::to_string(segments.ray_begin.back()) + " of " +
+                     std::to_string(n_segments));
   }
   if (!std::is_sorted(segments.ray_begin.begin(), segments.ray_begin.end())) {
     throw UsageError("integrate: ray_begin must not decrease");

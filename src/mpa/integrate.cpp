@@ -28,8 +28,8 @@ KernelInput kernel_input(const SegmentSpans<float>& segments, const FieldSamples
 
 /// Segments of the longest block, in whole cache lines.
 std::size_t scratch_stride(const SegmentSpans<float>& segments) {
-  std::size_t longest = std::min<std::size_t>(
-      kBlockSegments, segments.ray_begin.back() - segments.ray_begin.front());
+  std::size_t longest =
+      std::min<std::size_t>(kBlockSegments, segments.ray_begin.back() - segments.ray_begin.front());
   for (std::size_t ray = 0; ray < segments.ray_row.size(); ++ray) {
     longest = std::max<std::size_t>(longest, segments.ray_begin[ray + 1] - segments.ray_begin[ray]);
   }
@@ -64,9 +64,12 @@ InstructionSet best_instruction_set() {
 
 std::string_view name(InstructionSet set) {
   switch (set) {
-    case InstructionSet::baseline: return "baseline";
-    case InstructionSet::avx2: return "avx2";
-    case InstructionSet::avx512: return "avx512";
+    case InstructionSet::baseline:
+      return "baseline";
+    case InstructionSet::avx2:
+      return "avx2";
+    case InstructionSet::avx512:
+      return "avx512";
   }
   return "unknown";
 }
@@ -87,7 +90,8 @@ void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& f
     case InstructionSet::avx512:
       return kernel_avx512::integrate(in, stride, scratch.data(), pixels.data());
 #else
-    default: return;
+    default:
+      return;
 #endif
   }
 }
@@ -111,12 +115,14 @@ void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<f
                                                 out);
 #ifdef SARNERF_X86_KERNELS
     case InstructionSet::avx2:
-      return kernel_avx2::integrate_adjoint(in, stride, scratch.data(), pixel_gradients.data(), out);
+      return kernel_avx2::integrate_adjoint(in, stride, scratch.data(), pixel_gradients.data(),
+                                            out);
     case InstructionSet::avx512:
       return kernel_avx512::integrate_adjoint(in, stride, scratch.data(), pixel_gradients.data(),
                                               out);
 #else
-    default: return;
+    default:
+      return;
 #endif
   }
 }

@@ -78,10 +78,12 @@ std::size_t block_end(const KernelInput& in, std::size_t ray) {
 }
 
 /// Optical depths of a block's segments and of what lies before each.
-void block_depths(const KernelInput& in, std::size_t ray, std::size_t end_ray, double* x, double* tau) {
+void block_depths(const KernelInput& in, std::size_t ray, std::size_t end_ray, double* x,
+                  double* tau) {
   const std::size_t begin = in.ray_begin[ray], n = in.ray_begin[end_ray] - begin;
   const float* back = in.extinction_back_per_m;
-  optical_depths(in.length_m + begin, in.extinction_per_m + begin, back ? back + begin : back, n, x);
+  optical_depths(in.length_m + begin, in.extinction_per_m + begin, back ? back + begin : back, n,
+                 x);
   for (std::size_t q = ray; q < end_ray; ++q) {
     const std::size_t s = in.ray_begin[q] - begin;
     sums_before(x + s, in.ray_begin[q + 1] - in.ray_begin[q], tau + s);
@@ -187,20 +189,26 @@ namespace SARNERF_KERNEL_NAMESPACE {
 
 void integrate(const KernelInput& in, std::size_t stride, double* scratch, double* pixels) {
   switch (in.integrator) {
-    case Integrator::exact: return forward_in_form<Integrator::exact>(in, stride, scratch, pixels);
-    case Integrator::midpoint: return forward_in_form<Integrator::midpoint>(in, stride, scratch, pixels);
-    case Integrator::paper: return forward_in_form<Integrator::paper>(in, stride, scratch, pixels);
+    case Integrator::exact:
+      return forward_in_form<Integrator::exact>(in, stride, scratch, pixels);
+    case Integrator::midpoint:
+      return forward_in_form<Integrator::midpoint>(in, stride, scratch, pixels);
+    case Integrator::paper:
+      return forward_in_form<Integrator::paper>(in, stride, scratch, pixels);
     case Integrator::paper_gated:
       return forward_in_form<Integrator::paper_gated>(in, stride, scratch, pixels);
   }
 }
 
-void integrate_adjoint(const KernelInput& in, std::size_t stride, double* scratch,
-                       const double* g, const KernelGradients& out) {
+void integrate_adjoint(const KernelInput& in, std::size_t stride, double* scratch, const double* g,
+                       const KernelGradients& out) {
   switch (in.integrator) {
-    case Integrator::exact: return adjoint_in_form<Integrator::exact>(in, stride, scratch, g, out);
-    case Integrator::midpoint: return adjoint_in_form<Integrator::midpoint>(in, stride, scratch, g, out);
-    case Integrator::paper: return adjoint_in_form<Integrator::paper>(in, stride, scratch, g, out);
+    case Integrator::exact:
+      return adjoint_in_form<Integrator::exact>(in, stride, scratch, g, out);
+    case Integrator::midpoint:
+      return adjoint_in_form<Integrator::midpoint>(in, stride, scratch, g, out);
+    case Integrator::paper:
+      return adjoint_in_form<Integrator::paper>(in, stride, scratch, g, out);
     case Integrator::paper_gated:
       return adjoint_in_form<Integrator::paper_gated>(in, stride, scratch, g, out);
   }

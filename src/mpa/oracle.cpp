@@ -46,8 +46,9 @@ Response weight(Integrator integrator, double x) {
       const double tanh_x = std::tanh(x);
       const double h = tanh_x / x;
       // h′ = (sech² − h)/x; near 0 its Taylor series, cut where it is still exact to rounding.
-      const double h_slope = x < 0.01 ? x * (-2.0 / 3.0 + x * x * (8.0 / 15.0 - x * x * 34.0 / 105.0))
-                                      : (1.0 - tanh_x * tanh_x - h) / x;
+      const double h_slope = x < 0.01
+                                 ? x * (-2.0 / 3.0 + x * x * (8.0 / 15.0 - x * x * 34.0 / 105.0))
+                                 : (1.0 - tanh_x * tanh_x - h) / x;
       return {e * h, e * (h_slope - h)};
     }
   }
@@ -77,11 +78,11 @@ Response absorptance(Integrator integrator, double x) {
 /// Everything that one segment needs, from the arrays.
 struct Segment {
   double length_m;
-  double depth;             ///< x = ℓ (κ⁺ + κ⁻)
-  double depth_per_forth;   ///< ∂x/∂κ⁺: 2ℓ when κ⁻ follows κ⁺
-  double depth_per_back;    ///< ∂x/∂κ⁻
-  double source;            ///< P or γ
-  Response response;        ///< c = source · T · value
+  double depth;            ///< x = ℓ (κ⁺ + κ⁻)
+  double depth_per_forth;  ///< ∂x/∂κ⁺: 2ℓ when κ⁻ follows κ⁺
+  double depth_per_back;   ///< ∂x/∂κ⁻
+  double source;           ///< P or γ
+  Response response;       ///< c = source · T · value
 };
 
 Segment segment_at(const SegmentSpans<double>& segments, const FieldSamples<double>& field,

@@ -10,7 +10,8 @@
 
 namespace sarnerf {
 
-RangeInterval clip_to_box(const RayGrid& grid, double along_track_m, int k, const Box& box_from_aim) {
+RangeInterval clip_to_box(const RayGrid& grid, double along_track_m, int k,
+                          const Box& box_from_aim) {
   if (box_from_aim.empty()) return {};
   const glm::dvec3 start = grid.point_from_aim_m(along_track_m, 0.0, k);
   const glm::dvec3 d = grid.direction(k);

@@ -39,7 +39,8 @@ TEST_CASE("what was inserted is found, nothing else") {
       REQUIRE(topology.find(brick) == number);
       REQUIRE(topology.coordinate(number) == brick);
       for (int n = 0; n < 8; ++n) {
-        const auto beside = reference.find({brick.x + (n >> 2), brick.y + (n >> 1 & 1), brick.z + (n & 1)});
+        const auto beside =
+            reference.find({brick.x + (n >> 2), brick.y + (n >> 1 & 1), brick.z + (n & 1)});
         const std::uint32_t expected = beside == reference.end() ? kNoBrick : beside->second;
         REQUIRE(topology.neighbours(number)[static_cast<std::size_t>(n)] == expected);
       }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/field/field_sampler.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "catch.h"
@@ -20,7 +21,8 @@ struct Rays {
     std::normal_distribution<float> normal;
     std::size_t next = 0;
     for (unsigned q = 0; next < n_points; ++q) {
-      direction.push_back(glm::normalize(glm::vec3(normal(random), normal(random), normal(random))));
+      direction.push_back(
+          glm::normalize(glm::vec3(normal(random), normal(random), normal(random))));
       next = std::min(n_points, next + (q % 5 == 0 ? 0 : 13 * q % 70));
       begin.push_back(static_cast<std::uint32_t>(next));
     }
@@ -48,7 +50,8 @@ double distance(const std::vector<float>& a, const std::vector<double>& b) {
   return largest;
 }
 
-constexpr FieldChannels kChannels[] = {{false, 0}, {false, 1}, {false, 2}, {true, 0}, {true, 1}, {true, 2}};
+constexpr FieldChannels kChannels[] = {{false, 0}, {false, 1}, {false, 2},
+                                       {true, 0},  {true, 1},  {true, 2}};
 
 }  // namespace
 
@@ -98,11 +101,11 @@ TEST_CASE("field samples agree with the oracle") {
     g_double.brightness = converted<double>(g.brightness);
     std::vector<double> by_voxel(grid.view().values.size(), 0.0);
     std::vector<float> by_voxel_float(by_voxel.size(), 0.0f);
-    oracle::sample_field_adjoint({&grid.topology(), grid.transform(), channels.count(), by_voxel}, channels,
-                                 points_double, rays.view(), converted<double>(found.brightness),
-                                 g_double.view());
-    sample_field_adjoint({&grid.topology(), grid.transform(), channels.count(), by_voxel_float}, channels,
-                         points, rays.view(), found.brightness, g.view());
+    oracle::sample_field_adjoint({&grid.topology(), grid.transform(), channels.count(), by_voxel},
+                                 channels, points_double, rays.view(),
+                                 converted<double>(found.brightness), g_double.view());
+    sample_field_adjoint({&grid.topology(), grid.transform(), channels.count(), by_voxel_float},
+                         channels, points, rays.view(), found.brightness, g.view());
     CHECK(distance(by_voxel_float, by_voxel) < 2e-6);
   }
 }
@@ -131,8 +134,8 @@ TEST_CASE("the adjoint of field samples is the derivative") {
     Arrays<double> out(points.size(), channels.two_extinctions);
     oracle::sample_field(grid.view(), channels, points, rays.view(), out.spans());
     std::vector<double> found(grid.view().values.size(), 0.0);
-    oracle::sample_field_adjoint({&grid.topology(), grid.transform(), channels.count(), found}, channels,
-                                 points, rays.view(), out.brightness, g.view());
+    oracle::sample_field_adjoint({&grid.topology(), grid.transform(), channels.count(), found},
+                                 channels, points, rays.view(), out.brightness, g.view());
     int compared = 0;
     for (std::size_t n = 0; n < found.size() && compared < 120; n += 7) {
       if (std::abs(found[n]) < 1e-3) continue;
@@ -157,10 +160,15 @@ TEST_CASE("fields that do not fit their grid are refused") {
   const std::vector<std::uint32_t> begin{0, 3};
   Arrays<float> out(3, false);
   CHECK_NOTHROW(sample_field(grid.view(), {false, 1}, points, {begin, direction}, out.spans()));
-  CHECK_THROWS_AS(sample_field(grid.view(), {false, 2}, points, {begin, direction}, out.spans()), UsageError);
-  CHECK_THROWS_AS(sample_field(grid.view(), {false, 3}, points, {begin, direction}, out.spans()), UsageError);
+  CHECK_THROWS_AS(sample_field(grid.view(), {false, 2}, points, {begin, direction}, out.spans()),
+                  UsageError);
+  CHECK_THROWS_AS(sample_field(grid.view(), {false, 3}, points, {begin, direction}, out.spans()),
+                  UsageError);
   const std::vector<std::uint32_t> short_begin{0, 2};
-  CHECK_THROWS_AS(sample_field(grid.view(), {false, 1}, points, {short_begin, direction}, out.spans()), UsageError);
+  CHECK_THROWS_AS(
+      sample_field(grid.view(), {false, 1}, points, {short_begin, direction}, out.spans()),
+      UsageError);
   out.brightness.pop_back();
-  CHECK_THROWS_AS(sample_field(grid.view(), {false, 1}, points, {begin, direction}, out.spans()), UsageError);
+  CHECK_THROWS_AS(sample_field(grid.view(), {false, 1}, points, {begin, direction}, out.spans()),
+                  UsageError);
 }

@@ -37,7 +37,8 @@ inline BrickGrid<float> as_float(const BrickGrid<double>& grid) {
 }
 
 /// Points in and around the block, many of them close to borders of bricks.
-inline std::vector<glm::vec3> random_points(unsigned seed, std::size_t n, const GridTransform& transform) {
+inline std::vector<glm::vec3> random_points(unsigned seed, std::size_t n,
+                                            const GridTransform& transform) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   std::vector<glm::vec3> points(n);

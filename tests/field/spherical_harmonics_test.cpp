@@ -34,7 +34,9 @@ TEST_CASE("harmonics are orthonormal over the sphere") {
 }
 
 TEST_CASE("harmonics come in the stated order, with the stated signs") {
-  const auto along = [](double x, double y, double z) { return spherical_harmonics(glm::dvec3(x, y, z), 2); };
+  const auto along = [](double x, double y, double z) {
+    return spherical_harmonics(glm::dvec3(x, y, z), 2);
+  };
   CHECK(along(0, 1, 0)[1] == Approx(std::sqrt(3 / (4 * kPi))));
   CHECK(along(0, 0, 1)[2] == Approx(std::sqrt(3 / (4 * kPi))));
   CHECK(along(1, 0, 0)[3] == Approx(std::sqrt(3 / (4 * kPi))));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/field/trilinear.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -60,7 +61,8 @@ TEST_CASE("a linear function is reproduced, across borders and below 0") {
       for (int z = -16; z < 16; ++z) {
         const glm::dvec3 p = transform.world_from_index(glm::dvec3(x, y, z)) - transform.origin_m;
         const std::span<float> voxel = grid.touch_voxel({x, y, z});
-        for (std::size_t c = 0; c < 2; ++c) voxel[c] = static_cast<float>(glm::dot(slope[c], p) + 1.0);
+        for (std::size_t c = 0; c < 2; ++c)
+          voxel[c] = static_cast<float>(glm::dot(slope[c], p) + 1.0);
       }
     }
   }
@@ -77,7 +79,8 @@ TEST_CASE("a linear function is reproduced, across borders and below 0") {
   for (std::size_t n = 0; n < points.size(); ++n) {
     const glm::dvec3 p = glm::dvec3(points[n]) - transform.origin_m;
     for (std::size_t c = 0; c < 2; ++c) {
-      CHECK(std::abs(static_cast<double>(samples[2 * n + c]) - (glm::dot(slope[c], p) + 1.0)) < 1e-5);
+      CHECK(std::abs(static_cast<double>(samples[2 * n + c]) - (glm::dot(slope[c], p) + 1.0)) <
+            1e-5);
     }
   }
 }
@@ -99,7 +102,8 @@ TEST_CASE("samples agree with a dense grid and with the oracle, for any number o
       for (std::size_t c = 0; c < n; ++c) {
         const double truth = dense.sample(index, static_cast<int>(c));
         worst_oracle = std::max(worst_oracle, std::abs(expected[s * n + c] - truth));
-        worst_float = std::max(worst_float, std::abs(static_cast<double>(found[s * n + c]) - truth));
+        worst_float =
+            std::max(worst_float, std::abs(static_cast<double>(found[s * n + c]) - truth));
       }
     }
     INFO(n_channels << " channels");
@@ -117,7 +121,8 @@ TEST_CASE("at voxel centres the samples are the voxels") {
   }
   std::vector<float> samples(points.size());
   sample_trilinear(grid.view(), points, samples);
-  for (int n = -20; n < 20; ++n) CHECK(samples[static_cast<std::size_t>(n + 20)] == static_cast<float>(n));
+  for (int n = -20; n < 20; ++n)
+    CHECK(samples[static_cast<std::size_t>(n + 20)] == static_cast<float>(n));
 }
 
 TEST_CASE("the adjoint is the transpose") {
@@ -139,7 +144,8 @@ TEST_CASE("the adjoint is the transpose") {
 
     // And the float32 one is the oracle's; it adds to what is there.
     std::vector<float> found(adjoint.size(), 1.0f);
-    scatter_trilinear({&grid_float.topology(), grid_float.transform(), n_channels, found}, points, g);
+    scatter_trilinear({&grid_float.topology(), grid_float.transform(), n_channels, found}, points,
+                      g);
     double worst = 0.0;
     for (std::size_t m = 0; m < adjoint.size(); ++m) {
       worst = std::max(worst, std::abs(static_cast<double>(found[m]) - 1.0 - adjoint[m]));
@@ -152,8 +158,8 @@ TEST_CASE("outside of all bricks there is nothing, wherever that is") {
   BrickGrid<float> grid({}, 1);
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const std::vector<glm::vec3> points{{0, 0, 0},      {kNan, 0, 0},   {0, kInfinity, 0},
-                                      {0, 0, -3e38f}, {2e9f, 1, 1},   {-2e9f, 1, 1}};
+  const std::vector<glm::vec3> points{{0, 0, 0},      {kNan, 0, 0}, {0, kInfinity, 0},
+                                      {0, 0, -3e38f}, {2e9f, 1, 1}, {-2e9f, 1, 1}};
   std::vector<float> samples(points.size(), 7.0f);
   sample_trilinear(grid.view(), points, samples);
   CHECK(samples == std::vector<float>(points.size(), 0.0f));
@@ -167,7 +173,8 @@ TEST_CASE("outside of all bricks there is nothing, wherever that is") {
 TEST_CASE("a cell that reaches into a brick from outside sees its half") {
   BrickGrid<float> grid({}, 1);
   grid.touch_voxel({0, 0, 0})[0] = 8.0f;
-  const std::vector<glm::vec3> points{{-0.5f, 0, 0}, {-0.5f, -0.5f, 0}, {-0.5f, -0.5f, -0.5f}, {-1, 0, 0}};
+  const std::vector<glm::vec3> points{
+      {-0.5f, 0, 0}, {-0.5f, -0.5f, 0}, {-0.5f, -0.5f, -0.5f}, {-1, 0, 0}};
   std::vector<float> samples(4);
   sample_trilinear(grid.view(), points, samples);
   CHECK(samples == std::vector<float>{4, 2, 1, 0});

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <limits>
 #include <string>
 
@@ -94,15 +95,19 @@ TEST_CASE("projection agrees with the direct computation at every altitude") {
 
       const WideFrame wide(a);
       const Wide from_radar = Wide(world) - Wide(a.aim_m) - wide.radar;
-      const long double along_v = glm::dot(from_radar, wide.v), depth = glm::dot(from_radar, wide.k);
+      const long double along_v = glm::dot(from_radar, wide.v),
+                        depth = glm::dot(from_radar, wide.k);
       const long double range = std::sqrt(along_v * along_v + depth * depth);
       const long double r = a.slant_range_m;
-      worst_range = std::max(worst_range, static_cast<double>(std::abs(found.range_offset_m - (range - r))));
+      worst_range =
+          std::max(worst_range, static_cast<double>(std::abs(found.range_offset_m - (range - r))));
       worst_track = std::max(
-          worst_track, static_cast<double>(std::abs(found.along_track_m - glm::dot(from_radar, wide.h))));
+          worst_track,
+          static_cast<double>(std::abs(found.along_track_m - glm::dot(from_radar, wide.h))));
       // An error of the angle counts by what it moves across the ray.
-      worst_across = std::max(worst_across, static_cast<double>(range * std::abs(found.ray_angle_rad -
-                                                                                 std::atan2(along_v, depth))));
+      worst_across = std::max(
+          worst_across,
+          static_cast<double>(range * std::abs(found.ray_angle_rad - std::atan2(along_v, depth))));
     }
     INFO("altitude " << altitude_m << " m");
     CHECK(worst_range < 1e-10);

@@ -39,7 +39,8 @@ using Wide = glm::vec<3, long double>;
 struct WideFrame {
   explicit WideFrame(const Acquisition& a) {
     const long double theta = a.incidence_rad, phi = a.azimuth_rad;
-    const long double st = std::sin(theta), ct = std::cos(theta), sp = std::sin(phi), cp = std::cos(phi);
+    const long double st = std::sin(theta), ct = std::cos(theta), sp = std::sin(phi),
+                      cp = std::cos(phi);
     h = a.look == Look::right ? Wide(-cp, 0, sp) : Wide(cp, 0, -sp);
     v = Wide(-ct * sp, st, -ct * cp);
     k = Wide(-st * sp, -ct, -st * cp);

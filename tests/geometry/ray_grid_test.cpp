@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/geometry/ray_grid.h"
 
+#include <algorithm>
+
 #include "acquisitions.h"
 #include "catch.h"
 #include "sarnerf/core/error.h"
@@ -32,8 +34,10 @@ TEST_CASE("points in float32 are those of the direct computation, at every altit
         const double along_m = swath(random), offset_m = swath(random);
         const long double angle = grid.fan().ray_angle_rad(k);
         const Wide direction = std::cos(angle) * wide.k + std::sin(angle) * wide.v;
-        const long double t = static_cast<long double>(a.slant_range_m) + static_cast<long double>(offset_m);
-        const Wide expected = wide.radar + static_cast<long double>(along_m) * wide.h + t * direction;
+        const long double t =
+            static_cast<long double>(a.slant_range_m) + static_cast<long double>(offset_m);
+        const Wide expected =
+            wide.radar + static_cast<long double>(along_m) * wide.h + t * direction;
         const glm::vec3 point(grid.point_from_aim_m(along_m, offset_m, k));
         worst = std::max(worst, error_m(glm::dvec3(point), expected));
       }
@@ -73,7 +77,8 @@ TEST_CASE("the fan covers the box, no more, and need not be symmetric") {
     const RadarFrame frame = radar_frame(a);
     double lowest = 1.0, highest = -1.0;
     for (int n = 0; n < 3000; ++n) {
-      const glm::dvec3 p = box.min + box.size() * glm::dvec3(unit(random), unit(random), unit(random));
+      const glm::dvec3 p =
+          box.min + box.size() * glm::dvec3(unit(random), unit(random), unit(random));
       const double angle = project(a, frame, p).ray_angle_rad;
       lowest = std::min(lowest, angle);
       highest = std::max(highest, angle);
@@ -140,7 +145,8 @@ TEST_CASE("the ground's extent is where the swath's borders meet the plane") {
   }
 }
 
-TEST_CASE("a swath that ends above the ground sees none of it; one that begins above sees its foot") {
+TEST_CASE(
+    "a swath that ends above the ground sees none of it; one that begins above sees its foot") {
   Acquisition a = acquisition(2, 0, 1000);
   CHECK_FALSE(ground_angular_extent(a, a.aim_m.y - 500.0));
   CHECK_FALSE(ground_angular_extent(a, a.aim_m.y + 1001.0));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The oracle's adjoint against central differences of its forward pass, both in double.
+#include <algorithm>
 #include <cmath>
 
 #include "catch.h"
@@ -22,8 +23,8 @@ double loss(const Problem<double>& p, Integrator integrator, const std::vector<d
 
 /// Richardson's combination of two central differences: error O(h⁴), rounding far below 1e-6.
 template <class SetValue>
-double derivative(Problem<double>& p, Integrator integrator, const std::vector<double>& g, double at,
-                  SetValue&& set_value) {
+double derivative(Problem<double>& p, Integrator integrator, const std::vector<double>& g,
+                  double at, SetValue&& set_value) {
   const double h = 1e-3 * std::max(1e-2, std::abs(at));
   const auto slope = [&](double step) {
     set_value(at + step);

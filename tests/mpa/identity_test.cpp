@@ -119,7 +119,8 @@ TEST_CASE("cutting segments in two changes nothing under `exact`") {
       halves.end_ray(whole.ray_row[q]);
     }
     check_close(image(halves, Integrator::exact), image(whole, Integrator::exact), 1e-12);
-    check_close(image(halves.as<float>(), Integrator::exact), image(whole, Integrator::exact), 1e-6);
+    check_close(image(halves.as<float>(), Integrator::exact), image(whole, Integrator::exact),
+                1e-6);
   }
 }
 
@@ -177,7 +178,8 @@ TEST_CASE("a ray never returns more than the brightest matter on it") {
   for (Integrator integrator : kAllIntegrators) {
     for (double depth : {1e-3, 1.0, 1e3, 1e30}) {
       Problem<float> p = random_problem(10, 1, 400, depth, true, SourceForm::brightness);
-      while (p.n_segments() < 50) p.add_segment(0, 0.1f, 1.0f, 1.0f), p.extinction_back.push_back(1.0f);
+      while (p.n_segments() < 50)
+        p.add_segment(0, 0.1f, 1.0f, 1.0f), p.extinction_back.push_back(1.0f);
       p.ray_begin.back() = static_cast<std::uint32_t>(p.n_segments());
       for (float& gamma : p.source) gamma = 1.0f;
       CHECK(total(image(p, integrator)) <= 1.0 + 1e-8);
@@ -185,7 +187,8 @@ TEST_CASE("a ray never returns more than the brightest matter on it") {
   }
 }
 
-TEST_CASE("an empty second extinction means κ⁻ = κ⁺, bit for bit, and its gradient is the sum of both") {
+TEST_CASE(
+    "an empty second extinction means κ⁻ = κ⁺, bit for bit, and its gradient is the sum of both") {
   for (Integrator integrator : kAllIntegrators) {
     for (SourceForm form : kBothForms) {
       const Problem<float> one = random_problem(12, 50, 40, 5.0, false, form);

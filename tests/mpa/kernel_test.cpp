@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The vectorised kernels against the oracle and against one another.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -40,8 +41,9 @@ void for_each_problem(F&& check) {
       for (bool two_extinctions : {false, true}) {
         for (double depth : {1e-2, 1.0, 1e3, 1e30}) {
           for (int longest : {3, 60, 1300}) {
-            INFO(name(integrator) << (form == SourceForm::brightness ? " brightness" : " scattering")
-                                  << ", depth " << depth << ", rays of " << longest);
+            INFO(
+                name(integrator) << (form == SourceForm::brightness ? " brightness" : " scattering")
+                                 << ", depth " << depth << ", rays of " << longest);
             check(random_problem(7, longest > 1000 ? 4 : 60, longest, depth, two_extinctions, form),
                   integrator);
           }
@@ -134,8 +136,8 @@ TEST_CASE("nothing that float32 can hold gives NaN, infinity or a negative contr
               const std::vector<double> g{1.0, -1.0};
               GradientArrays<float> out(p);
               integrate_adjoint(p.segments(), p.field(), integrator, 2, g, out.spans(), set);
-              INFO(name(set) << " " << name(integrator) << " l " << length << " k " << kappa << " P "
-                             << source);
+              INFO(name(set) << " " << name(integrator) << " l " << length << " k " << kappa
+                             << " P " << source);
               CHECK((std::isfinite(pixels[0]) && pixels[0] >= 0.0 && pixels[1] >= 0.0));
               CHECK((std::isfinite(out.extinction[0]) && std::isfinite(out.source[0])));
               CHECK((std::isfinite(out.extinction[1]) && std::isfinite(out.source[1])));
@@ -160,7 +162,9 @@ TEST_CASE("P may be huge where the optical depth is: the quotient counts") {
 TEST_CASE("arrays that do not belong together are refused") {
   Problem<float> p = random_problem(1, 5, 9, 1.0, false, SourceForm::scattering);
   std::vector<double> pixels(p.n_pixels());
-  const auto run = [&] { integrate(p.segments(), p.field(), Integrator::exact, p.n_range, pixels); };
+  const auto run = [&] {
+    integrate(p.segments(), p.field(), Integrator::exact, p.n_range, pixels);
+  };
   CHECK_NOTHROW(run());
   SECTION("source too short") {
     p.source.pop_back();
@@ -193,7 +197,8 @@ TEST_CASE("no rays make no image, and bins beyond it are left out") {
 }
 
 TEST_CASE("integrators have names, and names integrators") {
-  for (Integrator integrator : kAllIntegrators) CHECK(integrator_from_name(name(integrator)) == integrator);
+  for (Integrator integrator : kAllIntegrators)
+    CHECK(integrator_from_name(name(integrator)) == integrator);
   CHECK(name(Integrator::paper_gated) == "paper-gated");
   CHECK_THROWS_AS(integrator_from_name("exakt"), UsageError);
 }

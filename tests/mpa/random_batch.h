@@ -15,7 +15,8 @@ inline constexpr SourceForm kBothForms[] = {SourceForm::scattering, SourceForm::
 
 inline std::vector<InstructionSet> available_instruction_sets() {
   std::vector<InstructionSet> sets;
-  for (InstructionSet set : {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
+  for (InstructionSet set :
+       {InstructionSet::baseline, InstructionSet::avx2, InstructionSet::avx512}) {
     if (set <= best_instruction_set()) sets.push_back(set);
   }
   return sets;
@@ -47,15 +48,25 @@ struct Problem {
   template <class U>
   Problem<U> as() const {
     const auto convert = [](const std::vector<T>& v) { return std::vector<U>(v.begin(), v.end()); };
-    return {n_rows, n_range, ray_begin, ray_row, bin, convert(length_m), convert(extinction),
-            convert(extinction_back), convert(source), form};
+    return {n_rows,
+            n_range,
+            ray_begin,
+            ray_row,
+            bin,
+            convert(length_m),
+            convert(extinction),
+            convert(extinction_back),
+            convert(source),
+            form};
   }
 };
 
 template <class T>
 struct GradientArrays {
   explicit GradientArrays(const Problem<T>& p)
-      : extinction(p.extinction.size()), extinction_back(p.extinction_back.size()), source(p.source.size()) {}
+      : extinction(p.extinction.size()),
+        extinction_back(p.extinction_back.size()),
+        source(p.source.size()) {}
   std::vector<T> extinction, extinction_back, source;
   FieldGradients<T> spans() { return {extinction, extinction_back, source}; }
 };

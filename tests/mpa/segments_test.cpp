@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -82,7 +83,7 @@ TEST_CASE("rays parallel to faces are in or out, never undefined") {
   REQUIRE(grid.direction(3).x == 0.0);
   const Box box{{-1, -1, -1}, {1, 1, 1}};
   CHECK_FALSE(clip_to_box(grid, 0.0, 3, box).empty());
-  CHECK_FALSE(clip_to_box(grid, 1.0, 3, box).empty());   // within the face
+  CHECK_FALSE(clip_to_box(grid, 1.0, 3, box).empty());  // within the face
   CHECK_FALSE(clip_to_box(grid, -1.0, 3, box).empty());
   CHECK(clip_to_box(grid, 1.0000001, 3, box).empty());
   CHECK(clip_to_box(grid, 0.0, 3, Box{}).empty());
@@ -106,7 +107,8 @@ TEST_CASE("segments tile the interval, each inside its bin") {
     SampleBatch batch;
     begin_ray(batch, grid, 2, 5);
     append_segments(batch, grid, 0.1, 5, interval);
-    REQUIRE(batch.ray_begin == std::vector<std::uint32_t>{0, static_cast<std::uint32_t>(batch.n_segments())});
+    REQUIRE(batch.ray_begin ==
+            std::vector<std::uint32_t>{0, static_cast<std::uint32_t>(batch.n_segments())});
     const double far_m = std::min(interval.far_m, swath);
     double s = interval.near_m;
     for (std::size_t n = 0; n < batch.n_segments(); ++n) {
@@ -136,9 +138,9 @@ TEST_CASE("a batch stays in compressed-row form, empty rays included") {
   append_segments(batch, grid, 0.0, 1, {-1.5, -1.2});  // exactly bin 0
   append_segments(batch, grid, 0.0, 1, {-0.9, -0.3});  // bins 2 and 3
   begin_ray(batch, grid, 1, 2);
-  append_segments(batch, grid, 0.0, 2, {1.5, 2.0});    // beyond the last bin
+  append_segments(batch, grid, 0.0, 2, {1.5, 2.0});  // beyond the last bin
   begin_ray(batch, grid, 2, 3);
-  append_segments(batch, grid, 0.0, 3, {1.1, 7.0});    // cut off there
+  append_segments(batch, grid, 0.0, 3, {1.1, 7.0});  // cut off there
   CHECK(batch.n_rays() == 3);
   CHECK(batch.ray_row == std::vector<std::uint32_t>{0, 1, 2});
   CHECK(batch.ray_elevation == std::vector<std::uint32_t>{1, 2, 3});

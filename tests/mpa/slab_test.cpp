@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A homogeneous slab cut into equal segments, against each integrator's own geometric series.
+#include <algorithm>
 #include <cmath>
 
 #include "catch.h"
@@ -20,10 +21,18 @@ double closed_form(Integrator integrator, SourceForm form, double depth, int n) 
   const double x = depth / n;
   double f = 0.0;  // x w(x)
   switch (integrator) {
-    case Integrator::exact: f = -std::expm1(-x); break;
-    case Integrator::midpoint: f = x * std::exp(-x / 2); break;
-    case Integrator::paper: f = x * std::exp(-x); break;
-    case Integrator::paper_gated: f = std::tanh(x) * std::exp(-x); break;
+    case Integrator::exact:
+      f = -std::expm1(-x);
+      break;
+    case Integrator::midpoint:
+      f = x * std::exp(-x / 2);
+      break;
+    case Integrator::paper:
+      f = x * std::exp(-x);
+      break;
+    case Integrator::paper_gated:
+      f = std::tanh(x) * std::exp(-x);
+      break;
   }
   const double gamma = form == SourceForm::brightness ? kSource : kSource * kLength / depth;
   return gamma * f * (std::expm1(-depth) / std::expm1(-x));
@@ -40,7 +49,9 @@ Problem<double> slab(SourceForm form, double depth, int n) {
 }
 
 /// Contributions that float32 cannot tell from nothing.
-double floor_of(SourceForm form) { return form == SourceForm::brightness ? 1e-44 : 1e-44 * kLength; }
+double floor_of(SourceForm form) {
+  return form == SourceForm::brightness ? 1e-44 : 1e-44 * kLength;
+}
 
 }  // namespace
 
@@ -55,7 +66,8 @@ TEST_CASE("a slab has its closed form in double, whatever its depth") {
           oracle::integrate(p.segments(), p.field(), integrator, 1, {&pixel, 1});
           const double expected = closed_form(integrator, form, depth, n);
           INFO(name(integrator) << " depth " << depth << " in " << n);
-          CHECK(std::abs(pixel - expected) <= 1e-12 * expected * (1 + 0.01 * std::min(depth, 745.0)));
+          CHECK(std::abs(pixel - expected) <=
+                1e-12 * expected * (1 + 0.01 * std::min(depth, 745.0)));
         }
       }
     }

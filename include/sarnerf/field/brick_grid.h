@@ -13,7 +13,7 @@ namespace sarnerf {
 /// `origin_m` is in the frame of the points that are asked for: relative to the aim point for those of
 /// a SampleBatch, which keeps float32 exact for scenes in map coordinates.
 struct GridTransform {
-  glm::dvec3 origin_m{0.0};   ///< centre of voxel (0, 0, 0)
+  glm::dvec3 origin_m{0.0};  ///< centre of voxel (0, 0, 0)
   double voxel_size_m = 1.0;
 
   glm::dvec3 index_from_world(const glm::dvec3& point_m) const {
@@ -34,9 +34,8 @@ struct BrickView {
   std::span<T> values;  ///< [n_bricks × 512 × n_channels], channels of a voxel side by side
 
   T* voxel(std::uint32_t brick, int offset) const {
-    return values.data() +
-           (std::size_t{brick} * kBrickVoxels + static_cast<std::size_t>(offset)) *
-               static_cast<std::size_t>(n_channels);
+    return values.data() + (std::size_t{brick} * kBrickVoxels + static_cast<std::size_t>(offset)) *
+                               static_cast<std::size_t>(n_channels);
   }
 
   operator BrickView<const T>() const { return {topology, transform, n_channels, values}; }

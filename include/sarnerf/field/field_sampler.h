@@ -20,8 +20,9 @@ struct FieldChannels {
 
 /// Which points lie on which ray; as in SampleBatch.
 struct RayDirections {
-  std::span<const std::uint32_t> ray_begin;      ///< [n_rays + 1]
-  std::span<const glm::vec3> ray_direction;      ///< [n_rays] unit vectors, from the radar into the scene
+  std::span<const std::uint32_t> ray_begin;  ///< [n_rays + 1]
+  std::span<const glm::vec3>
+      ray_direction;  ///< [n_rays] unit vectors, from the radar into the scene
 };
 
 /// What the integrators want to know at each point, or derivatives of a loss by it.

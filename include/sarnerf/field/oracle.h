@@ -10,7 +10,8 @@ namespace sarnerf::oracle {
 void sample_trilinear(const BrickView<const double>& grid, std::span<const glm::dvec3> points_m,
                       std::span<double> samples);
 
-void scatter_trilinear(const BrickView<double>& grid_gradients, std::span<const glm::dvec3> points_m,
+void scatter_trilinear(const BrickView<double>& grid_gradients,
+                       std::span<const glm::dvec3> points_m,
                        std::span<const double> sample_gradients);
 
 void sample_field(const BrickView<const double>& grid, const FieldChannels& channels,

@@ -7,11 +7,11 @@ namespace sarnerf {
 
 /// Trilinear interpolation of all channels at points, 0 where there is no brick.
 ///
-/// `points_m` [n_points] in the frame of the grid's transform; `samples` [n_points × n_channels]. A point
-/// that is not finite, or beyond the voxels that bricks can hold, samples 0. Indices are formed in double, so that the result
-/// does not depend on how large a scene is; the rest is float32. Throws UsageError where lengths do not
-/// fit. Cost: a brick look-up and eight voxels; about 100 cycles for one channel, 5 more for each
-/// further one, as long as the voxels are in cache.
+/// `points_m` [n_points] in the frame of the grid's transform; `samples` [n_points × n_channels]. A
+/// point that is not finite, or beyond the voxels that bricks can hold, samples 0. Indices are formed in
+/// double, so that precision does not depend on how large a scene is; the rest is float32. Throws
+/// UsageError where lengths do not fit. Cost: a brick look-up and eight voxels; about 100 cycles for one
+/// channel, 5 more for each further one, as long as the voxels are in cache.
 void sample_trilinear(const BrickView<const float>& grid, std::span<const glm::vec3> points_m,
                       std::span<float> samples);
 

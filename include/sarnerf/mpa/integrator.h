@@ -8,9 +8,9 @@ namespace sarnerf {
 /// Rule for the contribution of one homogeneous segment of two-way optical depth x, with T the
 /// transmittance up to its near end, length ℓ, scattering P, brightness γ = P ℓ / x.
 enum class Integrator {
-  exact,        ///< P ℓ T (1 − e^−x)/x: exact for a constant segment, stable for every x
-  midpoint,     ///< P ℓ T e^(−x/2): second order for small x
-  paper,        ///< P ℓ T e^−x: the inclusive product of printed eqs. 6 and 24
+  exact,     ///< P ℓ T (1 − e^−x)/x: exact for a constant segment, stable for every x
+  midpoint,  ///< P ℓ T e^(−x/2): second order for small x
+  paper,     ///< P ℓ T e^−x: the inclusive product of printed eqs. 6 and 24
   paper_gated,  ///< γ T e^−x tanh x: printed eq. 30 with its inclusive sum; depends on the cell size
 };
 

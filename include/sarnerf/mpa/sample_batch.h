@@ -14,14 +14,14 @@ inline constexpr std::uint32_t kNoBin = 0xffffffffu;
 /// Segments of many rays in compressed-row form: ray q owns segments [ray_begin[q], ray_begin[q + 1]),
 /// ordered by range, each inside one bin. The pixel of segment s is bin[s] of image row ray_row[q].
 struct SampleBatch {
-  std::vector<std::uint32_t> ray_begin{0};  ///< [n_rays + 1]
-  std::vector<std::uint32_t> ray_row;       ///< [n_rays] row of the batch's image, 0-based
-  std::vector<std::uint32_t> ray_elevation; ///< [n_rays] k
-  std::vector<glm::vec3> ray_direction;     ///< [n_rays] world frame, from the radar into the scene
+  std::vector<std::uint32_t> ray_begin{0};   ///< [n_rays + 1]
+  std::vector<std::uint32_t> ray_row;        ///< [n_rays] row of the batch's image, 0-based
+  std::vector<std::uint32_t> ray_elevation;  ///< [n_rays] k
+  std::vector<glm::vec3> ray_direction;  ///< [n_rays] world frame, from the radar into the scene
 
-  std::vector<std::uint32_t> bin;           ///< [n_segments] j or kNoBin
-  std::vector<float> length_m;              ///< [n_segments] ℓ ≤ Δr
-  std::vector<glm::vec3> point_m;           ///< [n_segments] centre, relative to the aim point, world axes
+  std::vector<std::uint32_t> bin;  ///< [n_segments] j or kNoBin
+  std::vector<float> length_m;     ///< [n_segments] ℓ ≤ Δr
+  std::vector<glm::vec3> point_m;  ///< [n_segments] centre, relative to the aim point, world axes
 
   std::size_t n_rays() const { return ray_row.size(); }
   std::size_t n_segments() const { return bin.size(); }

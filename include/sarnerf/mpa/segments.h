@@ -16,7 +16,8 @@ struct RangeInterval {
 };
 
 /// The part of ray (row a, elevation k) inside a box given relative to the aim point.
-RangeInterval clip_to_box(const RayGrid& grid, double along_track_m, int k, const Box& box_from_aim);
+RangeInterval clip_to_box(const RayGrid& grid, double along_track_m, int k,
+                          const Box& box_from_aim);
 
 /// Opens a ray in the batch; segments appended until the next call belong to it.
 void begin_ray(SampleBatch& batch, const RayGrid& grid, int row, int k);
