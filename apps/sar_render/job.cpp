@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "job.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
@@ -85,12 +87,30 @@ void make_plans(Job& job, const Monitor& monitor) {
   });
 }
 
+/// 0:360:10 ends where it began: an image made twice, and in a split perhaps once on each side.
+void warn_about_repeated_azimuths(const Options& o, Console& console) {
+  std::vector<std::pair<double, double>> turned;  // within one turn, as given
+  for (const double angle : o.azimuth_deg) {
+    turned.emplace_back(angle - 360.0 * std::floor(angle / 360.0), angle);
+  }
+  std::sort(turned.begin(), turned.end());
+  const auto same = std::adjacent_find(turned.begin(), turned.end(), [](const auto& a, const auto& b) {
+    return a.first == b.first;
+  });
+  if (same == turned.end()) return;
+  char text[120];
+  std::snprintf(text, sizeof text, "--azimuth: %.10g and %.10g degrees are the same direction",
+                same->second, std::next(same)->second);
+  console.warning(text);
+}
+
 }  // namespace
 
 Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   Job job;
   job.options = options;
   refuse_size_beyond_memory(options);
+  warn_about_repeated_azimuths(options, console);
 
   const Stopwatch loading;
   job.scene = std::make_unique<const Scene>(load(options, monitor));
@@ -129,8 +149,10 @@ Json resolved_of(const Job& job) {
   j["size"] = {job.options.size->first, job.options.size->second};
   j["ground"] = job.scene->ground ? Json(job.scene->materials[job.scene->ground->material].name)
                                   : Json("none");
+  // The request already holds the fingerprints of the files that the command line names.
   j["inputs"] = Json::array();
   for (const auto& path : job.scene->report.files) {
+    if (path == job.options.scene || path == job.options.materials) continue;
     j["inputs"].push_back({{"file", path.filename().string()}, {"sha256", sha256_of_file(path)}});
   }
   j["elevations"] = Json::array();

@@ -23,9 +23,9 @@ std::uint64_t peak_memory_bytes() {
 std::string summary(const RunFigures& figures) {
   char text[200];
   std::snprintf(text, sizeof text,
-                "%zu views in %.3g s: tracing and deposit %.3g s, encoding %.3g s, writing %.3g s "
+                "rendered %zu view%s in %.3g s: tracing and deposit %.3g s, encoding %.3g s, writing %.3g s "
                 "(summed over views)",
-                figures.n_rendered, figures.total_s, figures.trace_and_deposit_s, figures.encode_s,
+                figures.n_rendered, figures.n_rendered == 1 ? "" : "s", figures.total_s, figures.trace_and_deposit_s, figures.encode_s,
                 figures.write_s);
   return text;
 }

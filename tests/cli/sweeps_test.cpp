@@ -61,6 +61,15 @@ TEST_CASE("a sweep is a dataset of every combination") {
   CHECK(read_text(folder / "one.png") == read_text(folder / "s/png/view_013.png"));
 }
 
+TEST_CASE("a direction given twice is pointed out") {
+  const SceneFolder folder;
+  const Outcome outcome = folder.run(
+      {"box.obj", "--pitch", "45", "--azimuth", "0:360:90", "--size", "8x8", "-q", "-o", "s"});
+  CHECK(outcome.code == 0);
+  CHECK(outcome.err.find("0 and 360 degrees are the same direction") != std::string::npos);
+  CHECK(read_manifest(folder / "s").views.size() == 5);
+}
+
 TEST_CASE("a sweep does not depend on threads, nor on how its views share them") {
   const SceneFolder folder;
   CHECK(folder.run(sweep("a", {"--threads", "1"})).code == 0);
