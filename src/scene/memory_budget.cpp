@@ -28,7 +28,7 @@ std::uint64_t MemoryBudget::mesh_bytes(std::uint64_t n_vertices, std::uint64_t n
 void MemoryBudget::require_file(std::uint64_t bytes, const std::string& name) const {
   if (limit_bytes_ == 0 || kept_bytes_ + bytes <= limit_bytes_) return;
   refuse(name, "holding the file", kept_bytes_ + bytes, limit_bytes_,
-         "; raise it, or store the mesh as binary PLY, which is a third of the size of text");
+         "; raise it, or store the mesh as binary PLY, which is half the size of text");
 }
 
 void MemoryBudget::require_mesh(std::uint64_t n_vertices, std::uint64_t n_triangles,
@@ -37,8 +37,9 @@ void MemoryBudget::require_mesh(std::uint64_t n_vertices, std::uint64_t n_triang
   const std::uint64_t needed = kept_bytes_ + kPerVertex * n_vertices + kPerTriangle * n_triangles;
   if (needed <= limit_bytes_) return;
   const std::uint64_t available = limit_bytes_ - std::min(kept_bytes_, limit_bytes_);
-  // A closed mesh has half as many vertices as triangles.
-  const std::uint64_t fits = available / (kPerTriangle + kPerVertex / 2);
+  // The same mesh with fewer triangles, and as many vertices to each.
+  const double share = static_cast<double>(available) / static_cast<double>(needed - kept_bytes_);
+  const auto fits = static_cast<std::uint64_t>(share * static_cast<double>(n_triangles));
   refuse(name,
          "reading " + counted(n_triangles, "triangle", "triangles") + " on " +
              counted(n_vertices, "vertex", "vertices"),

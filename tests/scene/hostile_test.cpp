@@ -184,16 +184,22 @@ TEST_CASE("More memory than allowed is refused before it is taken") {
 }
 
 TEST_CASE("Orienting a tangle takes more, and is refused by itself") {
-  std::string text = "v 0 0 0\n";
-  for (int n = 1; n <= 2000; ++n) {
-    text += "v 0 " + std::to_string(n) + " 0\nv 1 " + std::to_string(n) + " 0\n";
-    text += n % 2 ? "f 1 -1 -2\n" : "f 1 -1 -3\n";
+  ObjBuilder obj;
+  for (int n = 0; n < 200; ++n) {
+    const int first = 8 * n + 1;
+    for (int corner = 0; corner < 8; ++corner) {
+      obj.vertex(cube_corner(corner, {2.0 * n, 0, 0}, 1.0));
+    }
+    for (const auto& f : kCubeFaces) {
+      const bool flip = f[0] == 4;
+      obj.triangle(first + f[0], first + f[flip ? 2 : 1], first + f[flip ? 1 : 2]);
+    }
   }
   LoadOptions options;
   options.max_memory_bytes = 700'000;
-  CHECK(says(message_of<UsageError>([&] { load_text("fan.obj", text, options); }),
-             {"fan.obj", "look the other way", "700 kB"}));
-  CHECK(load_text("fan.obj", text).mesh.triangles.size() == 2000);
+  CHECK(says(message_of<UsageError>([&] { load_text("m.obj", obj.text(), options); }),
+             {"m.obj", "2,400 triangles", "look the other way", "700 kB"}));
+  CHECK(load_text("m.obj", obj.text()).pieces.size() == 200);
 }
 
 TEST_CASE("A stop is honoured, progress is told") {
