@@ -10,8 +10,8 @@ namespace sarnerf {
 /// `points_m` [n_points] in the frame of the grid's transform; `samples` [n_points × n_channels]. A
 /// point that is not finite, or beyond the voxels that bricks can hold, samples 0. Indices are formed in
 /// double, so that precision does not depend on how large a scene is; the rest is float32. Throws
-/// UsageError where lengths do not fit. Cost: a brick look-up and eight voxels; about 100 cycles for one
-/// channel, 5 more for each further one, as long as the voxels are in cache.
+/// UsageError where lengths do not fit. Cost: a brick look-up and eight voxels; 30 ns with one channel, 36
+/// with five, on one thread of a 2.5 GHz Xeon with a busy neighbour and the voxels in cache.
 void sample_trilinear(const BrickView<const float>& grid, std::span<const glm::vec3> points_m,
                       std::span<float> samples);
 
