@@ -65,7 +65,9 @@ Media::Media(const Scene& scene, const glm::dvec3& scene_origin_m) {
     medium_.push_back(medium_of_material[scene.mesh.material[t]]);
   }
   for (const glm::uvec3& corners : triangles_) {
-    for (int c = 0; c < 3; ++c) box_.include(vertices_m_[corners[c]]);
+    for (int c = 0; c < 3; ++c) {
+      box_.include(glm::dvec3(vertices_m_[corners[c]]) + scene_origin_m);
+    }
   }
   tracer_ = std::make_unique<RayTracer>(vertices(vertices_m_), triangles_);
 }
@@ -117,13 +119,15 @@ std::vector<Media::Boundary> Media::boundaries_of(const ViewRays& rays, const Sl
   return closed;
 }
 
-void Media::apply(const ViewRays& rays, Integrator integrator, Slice& slice, MediaScratch& scratch,
-                  std::span<double> bins) const {
+void Media::apply(const ViewRays& rays, Integrator integrator, int first, int end, Slice& slice,
+                  MediaScratch& scratch, std::span<double> bins) const {
   const double spacing_m = rays.grid.acquisition().range_spacing_m;
   const double n_bins = static_cast<double>(bins.size());
   scratch.clear();
 
-  for (std::size_t m = 1; m <= static_cast<std::size_t>(slice.n_rays); ++m) {
+  const int last = std::min(end, slice.first + slice.n_rays);
+  for (int k = std::max(first, slice.first); k < last; ++k) {
+    const auto m = static_cast<std::size_t>(k - slice.first + 1);
     const std::vector<Boundary> boundaries = boundaries_of(rays, slice, m, scratch);
     if (boundaries.empty()) continue;
     const bool stopped = slice.surface[m] != kNoTriangle;

@@ -29,13 +29,14 @@ class Media {
   Media(const Scene& scene, const glm::dvec3& scene_origin_m);
 
   bool empty() const { return triangles_.empty(); }
-  const Box& box_in_scene() const { return box_; }
+  const Box& box_m() const { return box_; }  ///< world coordinates
   std::uint64_t memory_bytes() const { return tracer_ ? tracer_->memory_bytes() : 0; }
 
-  /// Attenuates the γ of every sample of the slice by the media in front of it, and deposits what the
-  /// media themselves scatter, in the units of deposit_slice(). The slice must be complete.
-  void apply(const ViewRays& rays, Integrator integrator, Slice& slice, MediaScratch& scratch,
-             std::span<double> bins) const;
+  /// Attenuates the γ of the slice's samples by the media in front of them, and deposits what the media
+  /// themselves scatter, in the units of deposit_slice(). Only rays k in [first, end) are looked at: those
+  /// that may meet the media's box. The slice must be complete.
+  void apply(const ViewRays& rays, Integrator integrator, int first, int end, Slice& slice,
+             MediaScratch& scratch, std::span<double> bins) const;
 
  private:
   struct Boundary;

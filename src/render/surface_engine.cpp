@@ -144,6 +144,8 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
   }
   const SliceScene slice_scene{rays, sections, state.appearances,
                                ground ? &ground->appearance() : nullptr};
+  std::optional<VisibleExtent> media_extent;
+  if (!state.media.empty()) media_extent.emplace(a, state.media.box_m());
   const double slice_width_m = a.azimuth_spacing_m / plan.n_sub_rows;
   const int n_el = plan.fan.n_elevation;
 
@@ -170,9 +172,8 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
       block.slices[s].width_m = slice_width_m;
     }
     std::optional<std::pair<double, double>> angles;
-    if (!state.scene.box.empty()) {
-      angles = extent.angles(first_along_m, first_along_m + double(n_slices - 1) * slice_width_m);
-    }
+    const double last_along_m = first_along_m + double(n_slices - 1) * slice_width_m;
+    if (!state.scene.box.empty()) angles = extent.angles(first_along_m, last_along_m);
     const RayRange kept = rays_inside(plan.fan, angles);
     if (ground) {
       for (std::size_t s = 0; s < n_slices; ++s) {
@@ -181,6 +182,10 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
     }
     if (kept.count == 0) return;
     w.n_hits += trace_slices(*state.tracer, rays, state.appearances, kept.first, kept.count, block);
+    RayRange through_media;
+    if (media_extent) {
+      through_media = rays_inside(plan.fan, media_extent->angles(first_along_m, last_along_m));
+    }
     for (std::size_t s = 0; s < n_slices; ++s) {
       Slice& slice = block.slices[s];
       if (ground) {
@@ -189,8 +194,9 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
         slice.surface.front() = kNoTriangle;
         slice.surface[static_cast<std::size_t>(kept.count) + 1] = kNoTriangle;
       }
-      if (!state.media.empty()) {
-        state.media.apply(rays, plan.integrator, slice, w.media_scratch, w.bins);
+      if (through_media.count > 0) {
+        state.media.apply(rays, plan.integrator, through_media.first,
+                          through_media.first + through_media.count, slice, w.media_scratch, w.bins);
       }
       deposit_slice(slice, slice_scene, w.bins);
     }
