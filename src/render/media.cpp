@@ -9,16 +9,6 @@
 
 namespace sarnerf {
 
-/// A face at which a medium begins or ends along a ray.
-struct Media::Boundary {
-  double bin;            ///< x, range in bin coordinates
-  double bin_per_ray;    ///< how it moves over one step of k
-  double bin_per_slice;  ///< and over the slice's width
-  double sign;           ///< +1 entering, −1 leaving
-  std::uint32_t piece;
-  std::uint16_t medium;
-};
-
 namespace {
 
 /// Sub-rays of one ray, spread over the cell of one step of k and one slice width: a rank-1 lattice.
@@ -72,18 +62,22 @@ Media::Media(const Scene& scene, const glm::dvec3& scene_origin_m) {
   tracer_ = std::make_unique<RayTracer>(vertices(vertices_m_), triangles_);
 }
 
-std::vector<Media::Boundary> Media::boundaries_of(const ViewRays& rays, const Slice& slice,
-                                                  std::size_t m, MediaScratch& scratch) const {
-  const int k = slice.first + static_cast<int>(m) - 1;
-  const RadarFrame& frame = rays.grid.frame();
+void Media::find_boundaries(const ViewRays& rays, const Slice& slice, int k,
+                            MediaScratch& scratch) const {
+  std::vector<MediaBoundary>& boundaries = scratch.boundaries;
+  boundaries.clear();
+  const auto n_ray = static_cast<std::size_t>(k);
   const Acquisition& a = rays.grid.acquisition();
-  const glm::dvec3 d = rays.grid.direction(k);
-  const double angle = rays.grid.fan().ray_angle_rad(k);
-  const glm::dvec3 turn = std::cos(angle) * frame.v - std::sin(angle) * frame.k;
+  const glm::dvec3 h = rays.grid.frame().h, d = rays.grid.direction(k);
+  const glm::dvec3 turn(rays.turn_x[n_ray], rays.turn_y[n_ray], rays.turn_z[n_ray]);
   const glm::vec3 origin(rays.scene_point(slice.along_m, rays.start_offset_m, k));
   tracer_->all_hits(origin, glm::vec3(d), rays.far_m, scratch.crossings);
 
-  std::vector<Boundary> boundaries;
+  const auto depth_in = [&](std::uint32_t piece) {
+    double depth = 0.0;
+    for (const MediaBoundary& b : boundaries) depth += b.piece == piece ? b.sign : 0.0;
+    return depth;
+  };
   for (const Crossing& crossing : scratch.crossings) {
     const glm::dvec3 n(crossing.normal);
     const double along_d = glm::dot(n, d);
@@ -91,32 +85,24 @@ std::vector<Media::Boundary> Media::boundaries_of(const ViewRays& rays, const Sl
     const std::uint32_t piece = piece_[crossing.triangle];
     // A ray through an edge meets both faces: entering twice, or leaving what it never entered, is
     // one crossing counted twice.
-    double depth = 0.0;
-    for (const Boundary& b : boundaries) depth += b.piece == piece ? b.sign : 0.0;
-    if ((sign > 0.0) == (depth > 0.0)) continue;
+    if ((sign > 0.0) == (depth_in(piece) > 0.0)) continue;
     const double offset_m = rays.start_offset_m + crossing.distance_m;
-    const double steepest =
-        std::copysign(std::max(std::abs(along_d), 1e-3 * glm::length(n)), along_d);
-    boundaries.push_back(
-        {rays.bin_coordinate(offset_m),
-         -(a.slant_range_m + offset_m) * rays.grid.fan().step_rad * glm::dot(n, turn) /
-             (steepest * a.range_spacing_m),
-         -slice.width_m * glm::dot(n, frame.h) / (steepest * a.range_spacing_m), sign, piece,
-         medium_[crossing.triangle]});
+    const double steepest = std::copysign(std::max(std::abs(along_d), 1e-3 * glm::length(n)), along_d);
+    const double bins_per_plane = 1.0 / (steepest * a.range_spacing_m);
+    boundaries.push_back({rays.bin_coordinate(offset_m),
+                          -(a.slant_range_m + offset_m) * rays.grid.fan().step_rad *
+                              glm::dot(n, turn) * bins_per_plane,
+                          -slice.width_m * glm::dot(n, h) * bins_per_plane, sign, piece,
+                          medium_[crossing.triangle]});
   }
-  // A solid entered and never left was grazed at an edge: it has no length.
-  std::vector<Boundary> closed;
-  for (const Boundary& b : boundaries) {
-    double balance = 0.0;
-    for (const Boundary& other : boundaries) balance += other.piece == b.piece ? other.sign : 0.0;
-    const bool last_entry =
-        b.sign > 0.0 && balance > 0.0 &&
-        std::none_of(boundaries.begin(), boundaries.end(), [&](const Boundary& o) {
-          return o.piece == b.piece && o.sign > 0.0 && o.bin > b.bin;
-        });
-    if (!last_entry) closed.push_back(b);
+  // A solid entered and never left was grazed at an edge: it has no length. Pieces are entered once
+  // before they are left, so what is open at the end is the piece's last boundary.
+  for (std::size_t n = boundaries.size(); n-- > 0;) {
+    const MediaBoundary b = boundaries[n];
+    if (b.sign > 0.0 && depth_in(b.piece) > 0.0) {
+      boundaries.erase(boundaries.begin() + static_cast<std::ptrdiff_t>(n));
+    }
   }
-  return closed;
 }
 
 void Media::apply(const ViewRays& rays, Integrator integrator, int first, int end, Slice& slice,
@@ -128,13 +114,14 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
   const int last = std::min(end, slice.first + slice.n_rays);
   for (int k = std::max(first, slice.first); k < last; ++k) {
     const auto m = static_cast<std::size_t>(k - slice.first + 1);
-    const std::vector<Boundary> boundaries = boundaries_of(rays, slice, m, scratch);
+    find_boundaries(rays, slice, k, scratch);
+    const std::vector<MediaBoundary>& boundaries = scratch.boundaries;
     if (boundaries.empty()) continue;
     const bool stopped = slice.surface[m] != kNoTriangle;
     const double end_of_ray = stopped ? slice.bin[m] : std::numeric_limits<double>::infinity();
 
     double steepest_bins = 0.0, densest_per_m = 0.0, depth_before_stop = 0.0;
-    for (const Boundary& b : boundaries) {
+    for (const MediaBoundary& b : boundaries) {
       steepest_bins = std::max(steepest_bins, std::abs(b.bin_per_ray) + std::abs(b.bin_per_slice));
       const Material& medium = media_[b.medium];
       const double two_way = medium.extinction_per_m + medium.extinction_back_per_m;
@@ -151,12 +138,17 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
     const int n_sub_rays = static_cast<int>(std::clamp(std::ceil(cells), 1.0, double{kMaxSubRays}));
     for (int q = 0; q < n_sub_rays; ++q) {
       const CellOffset offset = cell_offset(q, n_sub_rays);
-      std::vector<Boundary> moved = boundaries;
-      for (Boundary& b : moved) {
+      std::vector<MediaBoundary>& moved = scratch.moved;
+      moved = boundaries;
+      for (MediaBoundary& b : moved) {
         b.bin += offset.ray * b.bin_per_ray + offset.slice * b.bin_per_slice;
       }
-      std::stable_sort(moved.begin(), moved.end(),
-                       [](const Boundary& x, const Boundary& y) { return x.bin < y.bin; });
+      // A few, and nearly in order already.
+      for (std::size_t n = 1; n < moved.size(); ++n) {
+        for (std::size_t p = n; p > 0 && moved[p].bin < moved[p - 1].bin; --p) {
+          std::swap(moved[p], moved[p - 1]);
+        }
+      }
       double in = 0.0, back = 0.0, scattering = 0.0;
       for (std::size_t n = 0; n + 1 < moved.size(); ++n) {
         const Material& medium = media_[moved[n].medium];

@@ -12,9 +12,20 @@
 
 namespace sarnerf {
 
+/// A face at which a medium begins or ends along a ray.
+struct MediaBoundary {
+  double bin;            ///< x, range in bin coordinates
+  double bin_per_ray;    ///< how it moves over one step of k
+  double bin_per_slice;  ///< and over the slice's width
+  double sign;           ///< +1 entering, −1 leaving
+  std::uint32_t piece;
+  std::uint16_t medium;
+};
+
 /// Segments of the rays of one slice, in the form that mpa::integrate takes. Scratch of one worker.
 struct MediaScratch {
   std::vector<Crossing> crossings;
+  std::vector<MediaBoundary> boundaries, moved;
   std::vector<std::uint32_t> ray_begin, ray_row, bin;
   std::vector<float> length_m, extinction, extinction_back, scattering;
   void clear();
@@ -39,11 +50,8 @@ class Media {
              MediaScratch& scratch, std::span<double> bins) const;
 
  private:
-  struct Boundary;
-  struct Ray;
-
-  std::vector<Boundary> boundaries_of(const ViewRays& rays, const Slice& slice, std::size_t m,
-                                      MediaScratch& scratch) const;
+  /// Leaves the faces that ray k of the slice crosses in scratch.boundaries, in order of range.
+  void find_boundaries(const ViewRays& rays, const Slice& slice, int k, MediaScratch& scratch) const;
 
   std::vector<glm::vec3> vertices_m_;
   std::vector<glm::uvec3> triangles_;

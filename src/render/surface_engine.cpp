@@ -203,6 +203,7 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
   };
 
   std::vector<Worker> workers(static_cast<std::size_t>(thread_count()));
+  std::atomic<std::size_t> n_rows_done{0};
   const auto render_rows = [&](std::size_t begin, std::size_t end, int worker) {
     Worker& w = workers[static_cast<std::size_t>(worker)];
     for (std::size_t i = begin; i < end; ++i) {
@@ -221,6 +222,9 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
         row[static_cast<std::size_t>(j)] = static_cast<float>(
             w.bins[static_cast<std::size_t>(j)] * factor * a.range_m(j));
       }
+      // One worker reports for all: reports must not overlap.
+      const std::size_t done = ++n_rows_done;
+      if (worker == 0) monitor.report("rendering rows", done, static_cast<std::uint64_t>(a.n_azimuth));
     }
   };
   parallel_for(static_cast<std::size_t>(a.n_azimuth), 1, render_rows);
