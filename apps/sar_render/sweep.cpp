@@ -121,9 +121,11 @@ RunFigures render_views(const Job& job, const SweepFolder& folder, std::vector<c
   figures.n_reused = finished.size() - open.size();
   WarningList warnings;
   std::mutex mutex;
+  // Progress is told in views: rows of several at once would be noise.
+  const Monitor inside_view{nullptr, monitor.stop};
   const auto render_one = [&](std::size_t n) {
     monitor.check();
-    const Products products = make_products(job, n, monitor);
+    const Products products = make_products(job, n, inside_view);
     const Stopwatch writing;
     AtomicFiles files(Durability::process);
     files.add(folder.png(n), products.png);
