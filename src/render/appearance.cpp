@@ -27,24 +27,18 @@ Appearance make_appearance(const Material& material, bool two_sided,
   return appearance;
 }
 
-/// Without a call into the mathematical library, which the baseline instruction set would need.
-std::int64_t floor_to_integer(double x) {
-  const auto truncated = static_cast<std::int64_t>(x);
-  return truncated - (x < static_cast<double>(truncated) ? 1 : 0);
-}
+glm::dvec3 modulo_two(const glm::dvec3& v) { return v - 2.0 * glm::floor(0.5 * v); }
 
 }  // namespace
 
 PlacedChecker::PlacedChecker(const Texture& texture, const glm::dmat4& object_from_scene)
     : squares_from_scene_(glm::dmat3(object_from_scene) / texture.period_m),
-      shift_((glm::dvec3(object_from_scene[3]) - texture.effective_origin_m()) / texture.period_m),
-      contrast_(texture.contrast) {}
-
-float PlacedChecker::factor(const glm::dvec3& scene_m) const {
-  const glm::dvec3 p = squares(scene_m);
-  const bool odd = ((floor_to_integer(p.x) + floor_to_integer(p.y) + floor_to_integer(p.z)) & 1) != 0;
-  return static_cast<float>(odd ? 1.0 - contrast_ : 1.0 + contrast_);
-}
+      shift_(modulo_two((glm::dvec3(object_from_scene[3]) - texture.effective_origin_m()) /
+                        texture.period_m)),
+      squares_from_scene_single_(squares_from_scene_),
+      shift_single_(shift_),
+      factor_{static_cast<float>(1.0 + texture.contrast),
+              static_cast<float>(1.0 - texture.contrast)} {}
 
 double PlacedChecker::border(const glm::dvec3& p_m, const glm::dvec3& q_m) const {
   const glm::dvec3 p = squares(p_m), q = squares(q_m);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -18,21 +19,35 @@ class PlacedChecker {
   /// `object_from_scene` takes scene-frame points to the coordinates in which the texture lives.
   PlacedChecker(const Texture& texture, const glm::dmat4& object_from_scene);
 
-  /// Factor 1 ± contrast at a point of the scene frame.
-  float factor(const glm::dvec3& scene_m) const;
+  /// Factor 1 ± contrast at a point of the scene frame. Single precision is enough there.
+  float factor(const glm::vec3& scene_m) const {
+    const glm::vec3 p = squares_from_scene_single_ * scene_m + shift_single_;
+    const std::int32_t parity = whole_below(p.x) ^ whole_below(p.y) ^ whole_below(p.z);
+    return factor_[parity & 1];
+  }
 
   /// Fraction of the way from p to q at which the factor changes, when it changes once along a
   /// coordinate; one half when it cannot be told.
   double border(const glm::dvec3& p_m, const glm::dvec3& q_m) const;
 
  private:
+  /// Floor without a call into the mathematical library, which the baseline instruction set would need.
+  static std::int32_t whole_below(float x) {
+    constexpr float kFarthest = 1e9f;  // beyond, single precision holds no pattern
+    const float bounded = std::min(std::max(x, -kFarthest), kFarthest);
+    const auto truncated = static_cast<std::int32_t>(bounded);
+    return truncated - static_cast<std::int32_t>(bounded < static_cast<float>(truncated));
+  }
+
   glm::dvec3 squares(const glm::dvec3& scene_m) const {
     return squares_from_scene_ * scene_m + shift_;
   }
 
   glm::dmat3 squares_from_scene_;  ///< to units of one square
-  glm::dvec3 shift_;
-  double contrast_;
+  glm::dvec3 shift_;               ///< modulo 2, the pattern's period: small however far the object is
+  glm::mat3 squares_from_scene_single_;
+  glm::vec3 shift_single_;
+  float factor_[2];  ///< even and odd squares
 };
 
 /// Everything that decides γ at a hit apart from the geometry; triangles share it by index.

@@ -76,7 +76,7 @@ void GroundPlane::put(Slice& slice, std::size_t m, int k) const {
     const Acquisition& a = rays_.grid.acquisition();
     const int inside = std::clamp(k, 0, rays_.grid.fan().n_elevation - 1);
     const double offset_m = (bin_[g] - 0.5 * a.n_range) * a.range_spacing_m;
-    slice.gamma[m] *= appearance_.checker->factor(rays_.scene_point(slice.along_m, offset_m, inside));
+    slice.gamma[m] *= appearance_.checker->factor(glm::vec3(rays_.scene_point(slice.along_m, offset_m, inside)));
   }
 }
 

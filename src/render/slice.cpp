@@ -55,6 +55,7 @@ SARNERF_CLONES void shift_origins(std::size_t n, const double* from, double shif
 
 std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table,
                     const SliceBlock::Rays& scratch, Slice& slice) {
+  const auto from = static_cast<std::size_t>(slice.first);
   std::uint64_t n_hits = 0;
   for (int m = 0; m < slice.n_rays; ++m) {
     const auto s = static_cast<std::size_t>(m);
@@ -67,8 +68,11 @@ std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table,
     const Appearance& appearance = table.appearances[table.of_triangle[triangle]];
     float gamma = appearance.brightness(scratch.cosine[s]);
     if (appearance.checker && gamma > 0.0f) {
-      gamma *= appearance.checker->factor(rays.scene_point(
-          slice.along_m, rays.start_offset_m + scratch.distance[s], slice.first + m));
+      const std::size_t k = from + s;
+      const float t = scratch.distance[s];
+      gamma *= appearance.checker->factor({scratch.origin_x[s] + t * rays.direction_x[k],
+                                           scratch.origin_y[s] + t * rays.direction_y[k],
+                                           scratch.origin_z[s] + t * rays.direction_z[k]});
     }
     slice.gamma[s + 1] = gamma;
   }

@@ -183,7 +183,9 @@ void RayTracer::first_hits(std::span<const RayRow> rows, std::span<const HitRow>
     case 0: return;
     case 1: return trace_packets<1>(state_->scene, rows, hits);
     case 2: return trace_packets<2>(state_->scene, rows, hits);
-    default: return trace_packets<4>(state_->scene, rows, hits);
+    case 3:
+    case 4: return trace_packets<4>(state_->scene, rows, hits);
+    default: return trace_packets<8>(state_->scene, rows, hits);
   }
 }
 
