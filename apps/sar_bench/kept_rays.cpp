@@ -2,7 +2,6 @@
 #include "kept_rays.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "visible_extent.h"
@@ -31,16 +30,11 @@ KeptRays::KeptRays(const Scene& scene, const ViewPlan& plan)
     for (int sub = 0; sub < plan.n_sub_rows; sub += kBlock) {
       const int n_slices = std::min(kBlock, plan.n_sub_rows - sub);
       const double along_m = a.row_offset_m(i - 0.5) + (sub + 0.5) * width_m;
-      const auto angles = extent.angles(along_m, along_m + (n_slices - 1) * width_m);
-      if (!angles) continue;
-      const Fan& fan = plan.fan;
-      const auto index = [&](double angle) {
-        return (angle - fan.first_angle_rad) / fan.step_rad - 0.5;
-      };
-      const double n_el = fan.n_elevation;
-      const auto first = static_cast<std::size_t>(std::clamp(std::floor(index(angles->first)), 0.0, n_el));
-      const auto end = static_cast<std::size_t>(std::clamp(std::ceil(index(angles->second)) + 1.0, 0.0, n_el));
-      if (end <= first) continue;
+      const RayRange kept =
+          rays_inside(plan.fan, extent.angles(along_m, along_m + (n_slices - 1) * width_m));
+      if (kept.count == 0) continue;
+      const auto first = static_cast<std::size_t>(kept.first);
+      const std::size_t end = first + static_cast<std::size_t>(kept.count);
       Block block{first, end - first, {}, {}, {}};
       for (int s = 0; s < n_slices; ++s) {
         const glm::dvec3 shift = (along_m + s * width_m) * rays_.grid.frame().h;

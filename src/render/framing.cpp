@@ -70,13 +70,12 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   if (scene.box.empty()) {
     return {128, 128, "128 x 128 pixels: a ground alone has no extent to fit"};
   }
-  double half_along = 0.0, half_range = 0.0, layover = 0.0, shadow = 0.0;
+  double half_along = 0.0, half_range = 0.0, layover = 0.0;
   for (const Acquisition& view : views) {
     const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
     half_along = std::max(half_along, e.along_m);
     half_range = std::max({half_range, -e.near_m, e.far_m, e.shadow_m});
     layover = std::max(layover, -e.near_m);
-    shadow = std::max(shadow, e.shadow_m - e.far_m);
   }
   const Acquisition& first = views.front();
   Framing framing;
@@ -90,7 +89,6 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
                 framing.n_azimuth, framing.n_range, size.x, size.y, size.z, layover, half_range,
                 views.size() > 1 ? ", all views" : "");
   framing.explanation = text;
-  (void)shadow;
   return framing;
 }
 

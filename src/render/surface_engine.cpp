@@ -28,21 +28,6 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Ray indices [first, first + count) whose rays lie inside the angles, with one to spare on each side.
-struct RayRange {
-  int first = 0;
-  int count = 0;
-};
-
-RayRange rays_inside(const Fan& fan, const std::optional<std::pair<double, double>>& angles) {
-  if (!angles) return {};
-  const double first = std::floor((angles->first - fan.first_angle_rad) / fan.step_rad - 0.5);
-  const double last = std::ceil((angles->second - fan.first_angle_rad) / fan.step_rad - 0.5);
-  const int begin = static_cast<int>(std::clamp(first, 0.0, double(fan.n_elevation)));
-  const int end = static_cast<int>(std::clamp(last + 1.0, 0.0, double(fan.n_elevation)));
-  return {begin, std::max(0, end - begin)};
-}
-
 std::vector<std::uint32_t> opaque_triangles(const Scene& scene) {
   std::vector<std::uint32_t> chosen;
   chosen.reserve(scene.mesh.triangles.size());

@@ -71,4 +71,13 @@ std::optional<std::pair<double, double>> VisibleExtent::angles(double first_alon
   return std::pair{std::atan(first), std::atan(last)};
 }
 
+RayRange rays_inside(const Fan& fan, const std::optional<std::pair<double, double>>& angles) {
+  if (!angles) return {};
+  const double first = std::floor((angles->first - fan.first_angle_rad) / fan.step_rad - 0.5);
+  const double last = std::ceil((angles->second - fan.first_angle_rad) / fan.step_rad - 0.5);
+  const int begin = static_cast<int>(std::clamp(first, 0.0, double(fan.n_elevation)));
+  const int end = static_cast<int>(std::clamp(last + 1.0, 0.0, double(fan.n_elevation)));
+  return {begin, std::max(0, end - begin)};
+}
+
 }  // namespace sarnerf

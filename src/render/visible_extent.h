@@ -33,4 +33,13 @@ class VisibleExtent {
   double last_depth_m_ = 0.0;  ///< along k, beyond which nothing reaches the last bin
 };
 
+/// Ray indices [first, first + count).
+struct RayRange {
+  int first = 0;
+  int count = 0;
+};
+
+/// The rays inside the angles (rad), with one to spare on each side; none without angles.
+RayRange rays_inside(const Fan& fan, const std::optional<std::pair<double, double>>& angles);
+
 }  // namespace sarnerf
