@@ -4,6 +4,8 @@
 #include <fstream>
 #include <iostream>
 
+#include "console.h"
+#include "exit_code.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "studies.h"
@@ -58,7 +60,7 @@ nlohmann::json run_speed(const Options& o) {
   return result;
 }
 
-int run(int argc, char** argv) {
+void run(int argc, char** argv) {
   CLI::App app("Measures sarnerf: error and time, as ratios in one run, with their spread. The result "
                "is JSON on standard output.");
   app.require_subcommand(1);
@@ -75,10 +77,10 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
+    app.exit(help);
+    return;
   } catch (const CLI::ParseError& error) {
-    std::cerr << "sar_bench: " << error.what() << " (see --help)\n";
-    return 2;
+    throw sarnerf::UsageError(std::string(error.what()) + " (see --help)");
   }
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
   if (o.quick) o.study.rounds = std::min(o.study.rounds, 5);
@@ -93,22 +95,12 @@ int run(int argc, char** argv) {
   if (!o.json_file.empty() && !(std::ofstream(o.json_file) << result.dump(1) << '\n')) {
     throw sarnerf::Error("cannot write " + o.json_file);
   }
-  return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return run(argc, argv);
-  } catch (const sarnerf::InputError& error) {
-    std::cerr << "sar_bench: " << error.what() << '\n';
-    return 3;
-  } catch (const sarnerf::UsageError& error) {
-    std::cerr << "sar_bench: " << error.what() << '\n';
-    return 2;
-  } catch (const std::exception& error) {
-    std::cerr << "sar_bench: " << error.what() << '\n';
-    return 1;
-  }
+  using namespace sarnerf::app;
+  Console console("sar_bench");
+  return run_program(console, [&] { run(argc, argv); });
 }

@@ -83,13 +83,7 @@ void add_views(const Job& job, Table& table) {
 }
 
 void add_cost(const Job& job, Table& table) {
-  std::uint64_t n_grid = 0, n_kept = 0;
-  double expected_s = 0.0;
-  for (const ViewPlan& plan : job.plans) {
-    n_grid += plan.n_grid_rays;
-    n_kept += plan.n_kept_rays;
-    expected_s += plan.expected_s;
-  }
+  const auto [n_grid, n_kept, expected_s] = planned_cost(job);
   table.add("rays", format("%llu of %llu in the grids meet the scene's box: only these are traced",
                            static_cast<unsigned long long>(n_kept),
                            static_cast<unsigned long long>(n_grid)));

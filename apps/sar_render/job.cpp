@@ -169,4 +169,14 @@ Json resolved_of(const Job& job) {
   return j;
 }
 
+PlannedCost planned_cost(const Job& job) {
+  PlannedCost cost;
+  for (const ViewPlan& plan : job.plans) {
+    cost.n_grid_rays += plan.n_grid_rays;
+    cost.n_kept_rays += plan.n_kept_rays;
+    cost.expected_s += plan.expected_s;
+  }
+  return cost;
+}
+
 }  // namespace sarnerf::app

@@ -36,6 +36,13 @@ struct Job {
 /// allocated, and what loading and planning throw.
 Job prepare(const Options& options, Console& console, const Monitor& monitor);
 
+/// Rays and expected tracing time, summed over the planned views.
+struct PlannedCost {
+  std::uint64_t n_grid_rays = 0, n_kept_rays = 0;
+  double expected_s = 0.0;
+};
+PlannedCost planned_cost(const Job& job);
+
 /// What the program chose: the "resolved" part of a recipe.
 Json resolved_of(const Job& job);
 

@@ -31,13 +31,7 @@ std::string summary(const RunFigures& figures) {
 }
 
 std::string report_text(const Job& job, const RunFigures& figures) {
-  std::uint64_t n_grid = 0, n_kept = 0;
-  double expected_s = 0.0;
-  for (const ViewPlan& plan : job.plans) {
-    n_grid += plan.n_grid_rays;
-    n_kept += plan.n_kept_rays;
-    expected_s += plan.expected_s;
-  }
+  const auto [n_grid, n_kept, expected_s] = planned_cost(job);
   Json j;
   j["format"] = "sarnerf-report";
   j["version"] = 1;
