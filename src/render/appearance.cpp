@@ -37,19 +37,18 @@ PlacedChecker::PlacedChecker(const Texture& texture, const glm::dmat4& object_fr
                         texture.period_m)),
       squares_from_scene_single_(squares_from_scene_),
       shift_single_(shift_),
-      factor_{static_cast<float>(1.0 + texture.contrast),
-              static_cast<float>(1.0 - texture.contrast)} {}
+      even_(static_cast<float>(1.0 + texture.contrast)),
+      odd_(static_cast<float>(1.0 - texture.contrast)) {}
 
 double PlacedChecker::border(const glm::dvec3& p_m, const glm::dvec3& q_m) const {
   const glm::dvec3 p = squares(p_m), q = squares(q_m);
-  const glm::dvec3 cell_p = glm::floor(p), cell_q = glm::floor(q);
   double fraction = 0.5;
   int n_changes = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    if (cell_p[axis] == cell_q[axis]) continue;
-    const double crossing = std::max(cell_p[axis], cell_q[axis]);
-    fraction = (crossing - p[axis]) / (q[axis] - p[axis]);
-    n_changes += static_cast<int>(std::abs(cell_p[axis] - cell_q[axis]));
+    const std::int32_t cell_p = whole_below(p[axis]), cell_q = whole_below(q[axis]);
+    if (cell_p == cell_q) continue;
+    fraction = (std::max(cell_p, cell_q) - p[axis]) / (q[axis] - p[axis]);
+    n_changes += std::abs(cell_p - cell_q);
   }
   return n_changes == 1 ? std::clamp(fraction, 0.0, 1.0) : 0.5;
 }

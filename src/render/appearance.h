@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -23,7 +22,7 @@ class PlacedChecker {
   float factor(const glm::vec3& scene_m) const {
     const glm::vec3 p = squares_from_scene_single_ * scene_m + shift_single_;
     const std::int32_t parity = whole_below(p.x) ^ whole_below(p.y) ^ whole_below(p.z);
-    return factor_[parity & 1];
+    return (parity & 1) != 0 ? odd_ : even_;
   }
 
   /// Fraction of the way from p to q at which the factor changes, when it changes once along a
@@ -32,11 +31,12 @@ class PlacedChecker {
 
  private:
   /// Floor without a call into the mathematical library, which the baseline instruction set would need.
-  static std::int32_t whole_below(float x) {
-    constexpr float kFarthest = 1e9f;  // beyond, single precision holds no pattern
-    const float bounded = std::min(std::max(x, -kFarthest), kFarthest);
+  template <class Real>
+  static std::int32_t whole_below(Real x) {
+    constexpr Real kFarthest = 1e9f;  // beyond, single precision holds no pattern
+    const Real bounded = std::min(std::max(x, -kFarthest), kFarthest);
     const auto truncated = static_cast<std::int32_t>(bounded);
-    return truncated - static_cast<std::int32_t>(bounded < static_cast<float>(truncated));
+    return truncated - static_cast<std::int32_t>(bounded < static_cast<Real>(truncated));
   }
 
   glm::dvec3 squares(const glm::dvec3& scene_m) const {
@@ -47,8 +47,13 @@ class PlacedChecker {
   glm::dvec3 shift_;               ///< modulo 2, the pattern's period: small however far the object is
   glm::mat3 squares_from_scene_single_;
   glm::vec3 shift_single_;
-  float factor_[2];  ///< even and odd squares
+  float even_, odd_;  ///< factors of the squares
 };
+
+/// Cosine of incidence as it counts: a closed piece has one outer side, a thin shell two.
+inline float facing(float cosine, bool two_sided) {
+  return two_sided ? std::abs(cosine) : std::max(cosine, 0.0f);
+}
 
 /// Everything that decides γ at a hit apart from the geometry; triangles share it by index.
 struct Appearance {
@@ -59,7 +64,7 @@ struct Appearance {
 
   /// γ without texture; `cosine` is −n·d of unit vectors.
   float brightness(float cosine) const {
-    const float c = two_sided ? std::abs(cosine) : std::max(cosine, 0.0f);
+    const float c = facing(cosine, two_sided);
     if (exponent == 2.0f) return gamma0 * c * c;
     if (exponent == 1.0f) return gamma0 * c;
     if (exponent == 0.0f) return c > 0.0f ? gamma0 : 0.0f;

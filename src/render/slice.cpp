@@ -4,12 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-// One build serves all processors: the loader picks the clone.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define SARNERF_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define SARNERF_CLONES
-#endif
+#include "clones.h"
+#include "shade.h"
 
 namespace sarnerf {
 namespace {
@@ -51,32 +47,6 @@ SARNERF_CLONES void evaluate_planes(const PlaneLoop& p) {
 
 SARNERF_CLONES void shift_origins(std::size_t n, const double* from, double shift, float* to) {
   for (std::size_t k = 0; k < n; ++k) to[k] = static_cast<float>(from[k] + shift);
-}
-
-std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table,
-                    const SliceBlock::Rays& scratch, Slice& slice) {
-  const auto from = static_cast<std::size_t>(slice.first);
-  std::uint64_t n_hits = 0;
-  for (int m = 0; m < slice.n_rays; ++m) {
-    const auto s = static_cast<std::size_t>(m);
-    const std::uint32_t triangle = slice.surface[s + 1];
-    if (triangle == kNoTriangle) {
-      slice.gamma[s + 1] = 0.0f;
-      continue;
-    }
-    ++n_hits;
-    const Appearance& appearance = table.appearances[table.of_triangle[triangle]];
-    float gamma = appearance.brightness(scratch.cosine[s]);
-    if (appearance.checker && gamma > 0.0f) {
-      const std::size_t k = from + s;
-      const float t = scratch.distance[s];
-      gamma *= appearance.checker->factor({scratch.origin_x[s] + t * rays.direction_x[k],
-                                           scratch.origin_y[s] + t * rays.direction_y[k],
-                                           scratch.origin_z[s] + t * rays.direction_z[k]});
-    }
-    slice.gamma[s + 1] = gamma;
-  }
-  return n_hits;
 }
 
 PlaneLoop plane_loop(const ViewRays& rays, std::size_t from, std::size_t count,
