@@ -16,6 +16,19 @@ inline void expect_field_length(std::size_t found, std::size_t expected, const c
   }
 }
 
+inline std::string basis_name(const FieldChannels& channels) {
+  if (channels.basis == SourceBasis::scattering) return "scattering";
+  if (channels.basis == SourceBasis::cosine) return "brightness, normal and exponent";
+  return "harmonics of degree " + std::to_string(channels.harmonics_degree);
+}
+
+/// Throws UsageError for the bases that have no adjoint.
+inline void expect_harmonics(const FieldChannels& channels) {
+  if (channels.basis != SourceBasis::harmonics) {
+    throw UsageError("the adjoint of a field exists for harmonics, not for " + basis_name(channels));
+  }
+}
+
 template <class T>
 void check_samples(const BrickView<const T>& grid, std::size_t n_points, std::size_t n_samples) {
   validate(grid);
@@ -34,9 +47,8 @@ void check_field(int n_grid_channels, const FieldChannels& channels, const RayDi
   if (channels.count() != n_grid_channels) {
     throw UsageError("field samples: the grid has " + std::to_string(n_grid_channels) +
                      " channels, but a field with " +
-                     (channels.two_extinctions ? "two extinctions" : "one extinction") +
-                     " and harmonics of degree " + std::to_string(channels.harmonics_degree) +
-                     " has " + std::to_string(channels.count()));
+                     (channels.two_extinctions ? "two extinctions" : "one extinction") + " and " +
+                     basis_name(channels) + " has " + std::to_string(channels.count()));
   }
   expect_field_length(rays.ray_begin.size(), rays.ray_direction.size() + 1, "ray_begin");
   if (rays.ray_begin.front() != 0 || rays.ray_begin.back() != n_points ||
@@ -47,7 +59,7 @@ void check_field(int n_grid_channels, const FieldChannels& channels, const RayDi
   expect_field_length(points.extinction_per_m.size(), n_points, "extinction_per_m");
   expect_field_length(points.extinction_back_per_m.size(), channels.two_extinctions ? n_points : 0,
                       "extinction_back_per_m");
-  expect_field_length(points.brightness.size(), n_points, "brightness");
+  expect_field_length(points.source.size(), n_points, "source");
 }
 
 }  // namespace sarnerf

@@ -2,6 +2,7 @@
 #include "sarnerf/field/field_sampler.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "check_field.h"
@@ -13,17 +14,30 @@ namespace {
 /// Points whose interpolated channels stay in the first level cache between the two steps.
 constexpr std::size_t kBlockPoints = 256;
 
-/// Calls visit(harmonics of the ray, first, end) for the parts of [first, end) that lie on one ray.
+/// Calls visit(direction of the ray, first, end) for the parts of [first, end) that lie on one ray.
 /// `ray` is that of the last part, for the next block to begin with.
 template <class Visit>
-void for_each_ray(const RayDirections& rays, int degree, std::size_t first, std::size_t end,
-                  std::size_t& ray, Visit&& visit) {
+void for_each_ray(const RayDirections& rays, std::size_t first, std::size_t end, std::size_t& ray,
+                  Visit&& visit) {
   while (first < end) {
     while (rays.ray_begin[ray + 1] <= first) ++ray;
     const std::size_t ray_end = std::min<std::size_t>(end, rays.ray_begin[ray + 1]);
-    visit(spherical_harmonics(rays.ray_direction[ray], degree), first, ray_end);
+    visit(rays.ray_direction[ray], first, ray_end);
     first = ray_end;
   }
+}
+
+/// γ₀ |n̂·d|^p of one point; `c` holds γ₀, the normal and p.
+float cosine_brightness(const float* c, const glm::vec3& d) {
+  const float gamma0 = std::max(0.0f, c[0]), exponent = std::max(0.0f, c[4]);
+  const glm::vec3 normal(c[1], c[2], c[3]);
+  const float length = glm::length(normal);
+  const float cosine = length > 0.0f ? std::min(1.0f, std::abs(glm::dot(normal, d)) / length) : 0.0f;
+  // Interpolation of equal exponents returns them up to rounding.
+  constexpr float kNear = 1e-5f;
+  if (std::abs(exponent - 1.0f) < kNear) return gamma0 * cosine;
+  if (std::abs(exponent - 2.0f) < kNear) return gamma0 * cosine * cosine;
+  return exponent < kNear ? gamma0 : gamma0 * std::pow(cosine, exponent);
 }
 
 }  // namespace
@@ -33,25 +47,37 @@ void sample_field(const BrickView<const float>& grid, const FieldChannels& chann
                   const FieldPoints<float>& out) {
   check_field(grid.n_channels, channels, rays, points_m.size(), out);
   const auto n_channels = static_cast<std::size_t>(grid.n_channels);
-  const auto first_harmonic = static_cast<std::size_t>(channels.first_harmonic());
-  const std::size_t n_coefficients = n_channels - first_harmonic;
+  const auto first_source = static_cast<std::size_t>(channels.first_source());
+  const std::size_t n_coefficients = n_channels - first_source;
   std::vector<float> samples(kBlockPoints * n_channels);
   std::size_t ray = 0;
   for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
     const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
     sample_trilinear(grid, points_m.subspan(begin, n), {samples.data(), n * n_channels});
-    const auto combine = [&](const auto& y, std::size_t first, std::size_t end) {
+    const auto combine = [&](std::size_t first, std::size_t end, auto&& source_of) {
       for (std::size_t s = first; s < end; ++s) {
         const float* const sample = &samples[(s - begin) * n_channels];
-        const float* const coefficients = sample + first_harmonic;
-        float sum = 0.0f;
-        for (std::size_t m = 0; m < n_coefficients; ++m) sum += coefficients[m] * y[m];
         out.extinction_per_m[s] = sample[0];
         if (channels.two_extinctions) out.extinction_back_per_m[s] = sample[1];
-        out.brightness[s] = std::max(0.0f, sum);
+        out.source[s] = source_of(sample + first_source);
       }
     };
-    for_each_ray(rays, channels.harmonics_degree, begin, begin + n, ray, combine);
+    for_each_ray(rays, begin, begin + n, ray, [&](const glm::vec3& d, std::size_t first, std::size_t end) {
+      switch (channels.basis) {
+        case SourceBasis::scattering:
+          return combine(first, end, [](const float* c) { return std::max(0.0f, *c); });
+        case SourceBasis::cosine:
+          return combine(first, end, [&](const float* c) { return cosine_brightness(c, d); });
+        case SourceBasis::harmonics:
+          break;
+      }
+      const auto y = spherical_harmonics(d, channels.harmonics_degree);
+      combine(first, end, [&](const float* c) {
+        float sum = 0.0f;
+        for (std::size_t m = 0; m < n_coefficients; ++m) sum += c[m] * y[m];
+        return std::max(0.0f, sum);
+      });
+    });
   }
 }
 
@@ -59,26 +85,28 @@ void sample_field_adjoint(const BrickView<float>& grid_gradients, const FieldCha
                           std::span<const glm::vec3> points_m, const RayDirections& rays,
                           std::span<const float> brightness,
                           const FieldPoints<const float>& point_gradients) {
+  expect_harmonics(channels);
   check_field(grid_gradients.n_channels, channels, rays, points_m.size(), point_gradients);
   expect_field_length(brightness.size(), points_m.size(), "brightness");
   const auto n_channels = static_cast<std::size_t>(grid_gradients.n_channels);
-  const auto first_harmonic = static_cast<std::size_t>(channels.first_harmonic());
-  const std::size_t n_coefficients = n_channels - first_harmonic;
+  const auto first_source = static_cast<std::size_t>(channels.first_source());
+  const std::size_t n_coefficients = n_channels - first_source;
   std::vector<float> gradients(kBlockPoints * n_channels);
   std::size_t ray = 0;
   for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
     const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
-    const auto take_apart = [&](const auto& y, std::size_t first, std::size_t end) {
+    const auto take_apart = [&](const glm::vec3& d, std::size_t first, std::size_t end) {
+      const auto y = spherical_harmonics(d, channels.harmonics_degree);
       for (std::size_t s = first; s < end; ++s) {
         float* const gradient = &gradients[(s - begin) * n_channels];
-        float* const by_coefficient = gradient + first_harmonic;
-        const float by_sum = brightness[s] > 0.0f ? point_gradients.brightness[s] : 0.0f;
+        float* const by_coefficient = gradient + first_source;
+        const float by_sum = brightness[s] > 0.0f ? point_gradients.source[s] : 0.0f;
         gradient[0] = point_gradients.extinction_per_m[s];
         if (channels.two_extinctions) gradient[1] = point_gradients.extinction_back_per_m[s];
         for (std::size_t m = 0; m < n_coefficients; ++m) by_coefficient[m] = by_sum * y[m];
       }
     };
-    for_each_ray(rays, channels.harmonics_degree, begin, begin + n, ray, take_apart);
+    for_each_ray(rays, begin, begin + n, ray, take_apart);
     scatter_trilinear(grid_gradients, points_m.subspan(begin, n),
                       {gradients.data(), n * n_channels});
   }

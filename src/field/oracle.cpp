@@ -2,6 +2,7 @@
 #include "sarnerf/field/oracle.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "check_field.h"
@@ -39,6 +40,20 @@ std::vector<std::uint32_t> ray_of_points(const RayDirections& rays, std::size_t 
   return ray;
 }
 
+double source(const FieldChannels& channels, const double* c, const glm::dvec3& d) {
+  if (channels.basis == SourceBasis::scattering) return std::max(0.0, c[0]);
+  if (channels.basis == SourceBasis::cosine) {
+    const glm::dvec3 normal(c[1], c[2], c[3]);
+    const double length = glm::length(normal);
+    const double cosine = length > 0.0 ? std::abs(glm::dot(normal, d)) / length : 0.0;
+    return std::max(0.0, c[0]) * std::pow(cosine, std::max(0.0, c[4]));
+  }
+  const auto y = spherical_harmonics(d, channels.harmonics_degree);
+  double sum = 0.0;
+  for (int m = 0; m < channels.n_source(); ++m) sum += c[m] * y[static_cast<std::size_t>(m)];
+  return std::max(0.0, sum);
+}
+
 }  // namespace
 
 void sample_trilinear(const BrickView<const double>& grid, std::span<const glm::dvec3> points_m,
@@ -73,19 +88,16 @@ void sample_field(const BrickView<const double>& grid, const FieldChannels& chan
   const std::size_t n = points_m.size();
   check_field(grid.n_channels, channels, rays, n, out);
   const auto n_channels = static_cast<std::size_t>(grid.n_channels);
-  const auto first = static_cast<std::size_t>(channels.first_harmonic());
+  const auto first = static_cast<std::size_t>(channels.first_source());
   std::vector<double> samples(n * n_channels);
   sample_trilinear(grid, points_m, samples);
   const std::vector<std::uint32_t> ray = ray_of_points(rays, n);
   for (std::size_t s = 0; s < n; ++s) {
     const double* sample = &samples[s * n_channels];
-    const auto y =
-        spherical_harmonics(glm::dvec3(rays.ray_direction[ray[s]]), channels.harmonics_degree);
-    double sum = 0.0;
-    for (std::size_t m = first; m < n_channels; ++m) sum += sample[m] * y[m - first];
+    const glm::dvec3 d(rays.ray_direction[ray[s]]);
     out.extinction_per_m[s] = sample[0];
     if (channels.two_extinctions) out.extinction_back_per_m[s] = sample[1];
-    out.brightness[s] = std::max(0.0, sum);
+    out.source[s] = source(channels, sample + first, d);
   }
 }
 
@@ -94,10 +106,11 @@ void sample_field_adjoint(const BrickView<double>& grid_gradients, const FieldCh
                           std::span<const double> brightness,
                           const FieldPoints<const double>& point_gradients) {
   const std::size_t n = points_m.size();
+  expect_harmonics(channels);
   check_field(grid_gradients.n_channels, channels, rays, n, point_gradients);
   expect_field_length(brightness.size(), n, "brightness");
   const auto n_channels = static_cast<std::size_t>(grid_gradients.n_channels);
-  const auto first = static_cast<std::size_t>(channels.first_harmonic());
+  const auto first = static_cast<std::size_t>(channels.first_source());
   std::vector<double> sample_gradients(n * n_channels, 0.0);
   const std::vector<std::uint32_t> ray = ray_of_points(rays, n);
   for (std::size_t s = 0; s < n; ++s) {
@@ -107,7 +120,7 @@ void sample_field_adjoint(const BrickView<double>& grid_gradients, const FieldCh
     gradient[0] = point_gradients.extinction_per_m[s];
     if (channels.two_extinctions) gradient[1] = point_gradients.extinction_back_per_m[s];
     for (std::size_t m = first; m < n_channels && brightness[s] > 0.0; ++m) {
-      gradient[m] = point_gradients.brightness[s] * y[m - first];
+      gradient[m] = point_gradients.source[s] * y[m - first];
     }
   }
   scatter_trilinear(grid_gradients, points_m, sample_gradients);
