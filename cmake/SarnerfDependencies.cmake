@@ -15,4 +15,5 @@ if(SARNERF_SIMULATOR)
   # because CGAL's files set their own policy version.
   set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)
   find_package(CGAL REQUIRED)
+  include(OpenVDBTargets)
 endif()

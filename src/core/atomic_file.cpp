@@ -113,7 +113,22 @@ void AtomicFiles::add(const std::filesystem::path& path, std::string_view text) 
   add(path, std::as_bytes(std::span(text)));
 }
 
+std::filesystem::path AtomicFiles::reserve(const std::filesystem::path& path) {
+  const std::filesystem::path temporary = temporary_name(path);
+  const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (fd.get() < 0) fail(path, "cannot be created", errno);
+  pending_.push_back({temporary, path, false});
+  return temporary;
+}
+
 void AtomicFiles::commit() {
+  for (const Entry& entry : pending_) {
+    if (entry.synchronised || durability_ != Durability::power) continue;
+    const Descriptor fd(::open(entry.temporary.c_str(), O_RDONLY | O_CLOEXEC));
+    if (fd.get() < 0 || (::fsync(fd.get()) != 0 && errno != EINVAL)) {
+      fail(entry.path, "cannot be written", errno);
+    }
+  }
   for (const Entry& entry : pending_) {
     if (::rename(entry.temporary.c_str(), entry.path.c_str()) != 0) {
       fail(entry.path, "cannot be put in place", errno);

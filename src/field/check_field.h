@@ -36,10 +36,8 @@ void check_samples(const BrickView<const T>& grid, std::size_t n_points, std::si
                       "the array of interpolated channels");
 }
 
-/// Throws UsageError unless channels are those of the grid, and arrays are as long as the points.
-template <class T>
-void check_field(int n_grid_channels, const FieldChannels& channels, const RayDirections& rays,
-                 std::size_t n_points, const FieldPoints<T>& points) {
+/// Throws UsageError unless the channels are those of the grid.
+inline void check_channels(int n_grid_channels, const FieldChannels& channels) {
   if (channels.harmonics_degree < 0 || channels.harmonics_degree > kMaxHarmonicsDegree) {
     throw UsageError("field samples: harmonics of degree 0 to 2 are known, found degree " +
                      std::to_string(channels.harmonics_degree));
@@ -50,6 +48,13 @@ void check_field(int n_grid_channels, const FieldChannels& channels, const RayDi
                      (channels.two_extinctions ? "two extinctions" : "one extinction") + " and " +
                      basis_name(channels) + " has " + std::to_string(channels.count()));
   }
+}
+
+/// Throws UsageError unless channels are those of the grid, and arrays are as long as the points.
+template <class T>
+void check_field(int n_grid_channels, const FieldChannels& channels, const RayDirections& rays,
+                 std::size_t n_points, const FieldPoints<T>& points) {
+  check_channels(n_grid_channels, channels);
   expect_field_length(rays.ray_begin.size(), rays.ray_direction.size() + 1, "ray_begin");
   if (rays.ray_begin.front() != 0 || rays.ray_begin.back() != n_points ||
       !std::is_sorted(rays.ray_begin.begin(), rays.ray_begin.end())) {

@@ -42,43 +42,71 @@ float cosine_brightness(const float* c, const glm::vec3& d) {
 
 }  // namespace
 
+FieldSampler::FieldSampler(const BrickView<const float>& grid, const FieldChannels& channels)
+    : trilinear_(grid),
+      channels_(channels),
+      samples_(kBlockPoints * static_cast<std::size_t>(grid.n_channels)) {
+  check_channels(grid.n_channels, channels);
+}
+
+void FieldSampler::sample(const glm::vec3& direction, std::span<const glm::vec3> points_m,
+                          const FieldPoints<float>& out) {
+  const auto n_channels = static_cast<std::size_t>(channels_.count());
+  for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
+    const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
+    trilinear_.sample(points_m.subspan(begin, n), {samples_.data(), n * n_channels});
+    combine(direction, n,
+            {out.extinction_per_m.subspan(begin, n),
+             channels_.two_extinctions ? out.extinction_back_per_m.subspan(begin, n)
+                                       : std::span<float>{},
+             out.source.subspan(begin, n)});
+  }
+}
+
+void FieldSampler::combine(const glm::vec3& d, std::size_t n_points,
+                           const FieldPoints<float>& out) const {
+  const auto n_channels = static_cast<std::size_t>(channels_.count());
+  const auto first_source = static_cast<std::size_t>(channels_.first_source());
+  const auto each = [&](auto&& source_of) {
+    for (std::size_t s = 0; s < n_points; ++s) {
+      const float* const sample = &samples_[s * n_channels];
+      out.extinction_per_m[s] = sample[0];
+      if (channels_.two_extinctions) out.extinction_back_per_m[s] = sample[1];
+      out.source[s] = source_of(sample + first_source);
+    }
+  };
+  switch (channels_.basis) {
+    case SourceBasis::scattering:
+      return each([](const float* c) { return std::max(0.0f, *c); });
+    case SourceBasis::cosine:
+      return each([&](const float* c) { return cosine_brightness(c, d); });
+    case SourceBasis::harmonics:
+      break;
+  }
+  const auto y = spherical_harmonics(d, channels_.harmonics_degree);
+  const std::size_t n_coefficients = n_channels - first_source;
+  each([&](const float* c) {
+    float sum = 0.0f;
+    for (std::size_t m = 0; m < n_coefficients; ++m) sum += c[m] * y[m];
+    return std::max(0.0f, sum);
+  });
+}
+
 void sample_field(const BrickView<const float>& grid, const FieldChannels& channels,
                   std::span<const glm::vec3> points_m, const RayDirections& rays,
                   const FieldPoints<float>& out) {
   check_field(grid.n_channels, channels, rays, points_m.size(), out);
-  const auto n_channels = static_cast<std::size_t>(grid.n_channels);
-  const auto first_source = static_cast<std::size_t>(channels.first_source());
-  const std::size_t n_coefficients = n_channels - first_source;
-  std::vector<float> samples(kBlockPoints * n_channels);
+  FieldSampler sampler(grid, channels);
   std::size_t ray = 0;
-  for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
-    const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
-    sample_trilinear(grid, points_m.subspan(begin, n), {samples.data(), n * n_channels});
-    const auto combine = [&](std::size_t first, std::size_t end, auto&& source_of) {
-      for (std::size_t s = first; s < end; ++s) {
-        const float* const sample = &samples[(s - begin) * n_channels];
-        out.extinction_per_m[s] = sample[0];
-        if (channels.two_extinctions) out.extinction_back_per_m[s] = sample[1];
-        out.source[s] = source_of(sample + first_source);
-      }
-    };
-    for_each_ray(rays, begin, begin + n, ray, [&](const glm::vec3& d, std::size_t first, std::size_t end) {
-      switch (channels.basis) {
-        case SourceBasis::scattering:
-          return combine(first, end, [](const float* c) { return std::max(0.0f, *c); });
-        case SourceBasis::cosine:
-          return combine(first, end, [&](const float* c) { return cosine_brightness(c, d); });
-        case SourceBasis::harmonics:
-          break;
-      }
-      const auto y = spherical_harmonics(d, channels.harmonics_degree);
-      combine(first, end, [&](const float* c) {
-        float sum = 0.0f;
-        for (std::size_t m = 0; m < n_coefficients; ++m) sum += c[m] * y[m];
-        return std::max(0.0f, sum);
-      });
-    });
-  }
+  for_each_ray(rays, 0, points_m.size(), ray,
+               [&](const glm::vec3& d, std::size_t first, std::size_t end) {
+                 const auto part = [&](std::span<float> all) {
+                   return all.empty() ? all : all.subspan(first, end - first);
+                 };
+                 sampler.sample(d, points_m.subspan(first, end - first),
+                                {part(out.extinction_per_m), part(out.extinction_back_per_m),
+                                 part(out.source)});
+               });
 }
 
 void sample_field_adjoint(const BrickView<float>& grid_gradients, const FieldChannels& channels,

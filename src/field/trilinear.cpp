@@ -77,16 +77,15 @@ BrickView<T> with_known_channels(BrickView<T> grid) {
   return grid;
 }
 
-/// Calls visit(finder, lowest voxel of the cell, fraction) for each point in turn.
+/// Calls visit(lowest voxel of the cell, fraction) for each point in turn.
 template <class T, class Visit>
 void for_each_cell(const BrickView<T>& grid, std::span<const glm::vec3> points_m, Visit&& visit) {
-  BrickFinder finder(*grid.topology);
   Cells cells;
   for (std::size_t begin = 0; begin < points_m.size(); begin += Cells::kCapacity) {
     const std::size_t n_points = std::min(Cells::kCapacity, points_m.size() - begin);
     find_cells(grid.transform, points_m.subspan(begin, n_points), cells);
     for (std::size_t n = 0; n < n_points; ++n) {
-      visit(finder, glm::ivec3(cells.voxel[0][n], cells.voxel[1][n], cells.voxel[2][n]),
+      visit(glm::ivec3(cells.voxel[0][n], cells.voxel[1][n], cells.voxel[2][n]),
             glm::vec3(cells.fraction[0][n], cells.fraction[1][n], cells.fraction[2][n]));
     }
   }
@@ -147,18 +146,16 @@ float corner_weight(const std::array<float, 4>& weight, float z, std::size_t n) 
 }
 
 template <int kChannels>
-void sample(const BrickView<const float>& any_grid, std::span<const glm::vec3> points_m,
-            float* __restrict out) {
+void sample(const BrickView<const float>& any_grid, BrickFinder& finder,
+            std::span<const glm::vec3> points_m, const float* zeros, float* __restrict out) {
   const BrickView<const float> grid = with_known_channels<kChannels>(any_grid);
   const auto n_channels = static_cast<std::size_t>(grid.n_channels);
-  const std::vector<float> zeros(2 * n_channels, 0.0f);
-  const auto visit = [&](BrickFinder& finder, const glm::ivec3& voxel, const glm::vec3& f) {
+  const auto visit = [&](const glm::ivec3& voxel, const glm::vec3& f) {
     const std::array<float, 4> weight = pair_weights(f);
     const std::uint32_t brick = finder.find(brick_of_voxel(voxel));
     if (brick != kNoBrick && (voxel.z & 7) != 7) {
       const auto& bricks = grid.topology->neighbours(brick);
-      mix_pairs<kChannels>(pairs_of(grid, bricks, voxel, zeros.data()), weight, f.z, n_channels,
-                           out);
+      mix_pairs<kChannels>(pairs_of(grid, bricks, voxel, zeros), weight, f.z, n_channels, out);
     } else {
       for (std::size_t c = 0; c < n_channels; ++c) out[c] = 0.0f;
       if (brick != kNoBrick || crossed_sides(voxel) != 0) {
@@ -181,7 +178,8 @@ void scatter(const BrickView<float>& any_grid, std::span<const glm::vec3> points
   const BrickView<float> grid = with_known_channels<kChannels>(any_grid);
   const auto n_channels = static_cast<std::size_t>(grid.n_channels);
   std::vector<float> nowhere(2 * n_channels, 0.0f);
-  const auto visit = [&](BrickFinder& finder, const glm::ivec3& voxel, const glm::vec3& f) {
+  BrickFinder finder(*grid.topology);
+  const auto visit = [&](const glm::ivec3& voxel, const glm::vec3& f) {
     const std::array<float, 4> weight = pair_weights(f);
     const std::uint32_t brick = finder.find(brick_of_voxel(voxel));
     if (brick != kNoBrick && (voxel.z & 7) != 7) {
@@ -229,9 +227,21 @@ void with_channels(int n_channels, F&& f) {
 
 void sample_trilinear(const BrickView<const float>& grid, std::span<const glm::vec3> points_m,
                       std::span<float> samples) {
-  check_samples(grid, points_m.size(), samples.size());
-  with_channels(grid.n_channels,
-                [&]<int kChannels>() { sample<kChannels>(grid, points_m, samples.data()); });
+  TrilinearSampler(grid).sample(points_m, samples);
+}
+
+TrilinearSampler::TrilinearSampler(const BrickView<const float>& grid)
+    : grid_(grid),
+      finder_(*grid.topology),
+      zeros_(2 * static_cast<std::size_t>(grid.n_channels), 0.0f) {
+  validate(grid);
+  with_channels(grid.n_channels, [&]<int kChannels>() { sample_ = &::sarnerf::sample<kChannels>; });
+}
+
+void TrilinearSampler::sample(std::span<const glm::vec3> points_m, std::span<float> samples) {
+  expect_field_length(samples.size(), points_m.size() * static_cast<std::size_t>(grid_.n_channels),
+                      "the array of interpolated channels");
+  sample_(grid_, finder_, points_m, zeros_.data(), samples.data());
 }
 
 void scatter_trilinear(const BrickView<float>& grid_gradients, std::span<const glm::vec3> points_m,

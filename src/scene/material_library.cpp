@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 
 #include "material_json.h"
 #include "readers.h"
@@ -8,6 +9,13 @@
 #include "text.h"
 
 namespace sarnerf {
+
+double Texture::factor(const glm::dvec3& object_m) const {
+  if (kind == Kind::none) return 1.0;
+  const glm::dvec3 square = glm::floor((object_m - effective_origin_m()) / period_m);
+  const double sum = square.x + square.y + square.z;
+  return std::abs(std::remainder(sum, 2.0)) < 0.5 ? 1.0 + contrast : 1.0 - contrast;
+}
 
 MaterialLibrary::MaterialLibrary() : materials_(builtin_materials()) {}
 

@@ -33,6 +33,10 @@ class AtomicFiles {
   void add(const std::filesystem::path& path, std::span<const std::byte> bytes);
   void add(const std::filesystem::path& path, std::string_view text);
 
+  /// For writers that want a file's name: a temporary beside `path`, empty, to be written by the caller
+  /// before commit().
+  std::filesystem::path reserve(const std::filesystem::path& path);
+
   /// Puts all of them in place, over what was there.
   void commit();
 
@@ -43,6 +47,7 @@ class AtomicFiles {
   struct Entry {
     std::filesystem::path temporary;
     std::filesystem::path path;
+    bool synchronised = true;
   };
   std::vector<Entry> pending_;
   Durability durability_;

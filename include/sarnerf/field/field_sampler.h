@@ -5,6 +5,7 @@
 
 #include "sarnerf/field/brick_grid.h"
 #include "sarnerf/field/spherical_harmonics.h"
+#include "sarnerf/field/trilinear.h"
 
 namespace sarnerf {
 
@@ -61,6 +62,24 @@ struct FieldPoints {
 void sample_field(const BrickView<const float>& grid, const FieldChannels& channels,
                   std::span<const glm::vec3> points_m, const RayDirections& rays,
                   const FieldPoints<float>& out);
+
+/// The same for one ray after the other, a few points each: remembers where it was and keeps its memory. One
+/// per thread; the grid must outlive it and not change meanwhile.
+class FieldSampler {
+ public:
+  FieldSampler(const BrickView<const float>& grid, const FieldChannels& channels);
+
+  /// Points on a ray of this direction. Arrays of `out` as long as the points; not checked.
+  void sample(const glm::vec3& direction, std::span<const glm::vec3> points_m,
+              const FieldPoints<float>& out);
+
+ private:
+  void combine(const glm::vec3& direction, std::size_t n_points, const FieldPoints<float>& out) const;
+
+  TrilinearSampler trilinear_;
+  FieldChannels channels_;
+  std::vector<float> samples_;  ///< interpolated channels of the points under way
+};
 
 /// Adjoint of sample_field() for harmonics; UsageError for the other bases, which nobody learns. Adds to
 /// `grid_gradients`. `brightness` is what sample_field() gave: where it was clamped to 0, its derivative is

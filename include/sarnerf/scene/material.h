@@ -21,6 +21,9 @@ struct Texture {
   std::optional<glm::dvec3> origin_m;
 
   glm::dvec3 effective_origin_m() const { return origin_m.value_or(glm::dvec3(0.25 * period_m)); }
+
+  /// Factor on γ at a point in object coordinates: 1 + contrast (−1)^Σ⌊(p − origin)/period⌋.
+  double factor(const glm::dvec3& object_m) const;
 };
 
 /// How matter answers the radar.

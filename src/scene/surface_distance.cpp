@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "surface_distance.h"
+
+#include <CGAL/AABB_face_graph_triangle_primitive.h>
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Side_of_triangle_mesh.h>
+#include <CGAL/Surface_mesh.h>
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "sarnerf/core/error.h"
+
+namespace sarnerf {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using SurfaceMesh = CGAL::Surface_mesh<Point>;
+using Face = SurfaceMesh::Face_index;
+using Primitive = CGAL::AABB_face_graph_triangle_primitive<SurfaceMesh>;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+using SideOf = CGAL::Side_of_triangle_mesh<SurfaceMesh, Kernel, CGAL::Default, Tree>;
+
+Point point_of(const glm::dvec3& p) { return {p.x, p.y, p.z}; }
+glm::dvec3 vector_of(const Point& p) { return {p.x(), p.y(), p.z()}; }
+
+}  // namespace
+
+struct SurfaceDistance::State {
+  SurfaceMesh surface;
+  std::vector<std::uint32_t> triangle_of_face;
+  std::vector<Face> face_of_triangle;
+  std::vector<glm::dvec3> normal;  ///< per triangle
+  Tree tree;
+  std::unique_ptr<SideOf> side;
+
+  NearestPoint result(const glm::dvec3& from, const Tree::Point_and_primitive_id& found) const {
+    const glm::dvec3 q = vector_of(found.first);
+    return {q, triangle_of_face[found.second], glm::length(from - q)};
+  }
+};
+
+SurfaceDistance::SurfaceDistance(std::span<const glm::dvec3> vertices_m,
+                                 std::span<const glm::uvec3> triangles, bool closed)
+    : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  s.normal.assign(triangles.size(), glm::dvec3(0.0));
+  s.face_of_triangle.assign(triangles.size(), SurfaceMesh::null_face());
+  // A mesh of triangles that know no neighbours would do for distances. Closed pieces need connected
+  // ones, and repair has left them without edges of three faces.
+  std::vector<SurfaceMesh::Vertex_index> vertex;
+  vertex.reserve(vertices_m.size());
+  for (const glm::dvec3& v : vertices_m) vertex.push_back(s.surface.add_vertex(point_of(v)));
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const glm::uvec3& c = triangles[t];
+    const glm::dvec3 area =
+        glm::cross(vertices_m[c.y] - vertices_m[c.x], vertices_m[c.z] - vertices_m[c.x]);
+    const double length = glm::length(area);
+    if (!(length > 0.0)) continue;
+    s.normal[t] = area / length;
+    Face face = s.surface.add_face(vertex[c.x], vertex[c.y], vertex[c.z]);
+    if (face == SurfaceMesh::null_face()) {
+      // Corners that pinch the surface: vertices of its own.
+      face = s.surface.add_face(s.surface.add_vertex(point_of(vertices_m[c.x])),
+                                s.surface.add_vertex(point_of(vertices_m[c.y])),
+                                s.surface.add_vertex(point_of(vertices_m[c.z])));
+    }
+    s.face_of_triangle[t] = face;
+    s.triangle_of_face.push_back(t);
+  }
+  if (s.triangle_of_face.empty()) {
+    throw InputError("a piece of the mesh has no area: expected at least one proper triangle");
+  }
+  s.tree.insert(s.surface.faces().begin(), s.surface.faces().end(), s.surface);
+  s.tree.build();
+  s.tree.accelerate_distance_queries();
+  if (closed) s.side = std::make_unique<SideOf>(s.tree);
+}
+
+SurfaceDistance::~SurfaceDistance() = default;
+
+NearestPoint SurfaceDistance::nearest(const glm::dvec3& point_m) const {
+  return state_->result(point_m, state_->tree.closest_point_and_primitive(point_of(point_m)));
+}
+
+NearestPoint SurfaceDistance::nearest(const glm::dvec3& point_m, const NearestPoint& hint) const {
+  const State& s = *state_;
+  return s.result(point_m, s.tree.closest_point_and_primitive(
+                               point_of(point_m), Tree::Point_and_primitive_id(
+                                                      point_of(hint.point_m),
+                                                      s.face_of_triangle[hint.triangle])));
+}
+
+bool SurfaceDistance::holds(const glm::dvec3& point_m, const NearestPoint& nearest) const {
+  const State& s = *state_;
+  if (!s.side) return false;
+  const glm::dvec3 away = point_m - nearest.point_m;
+  const double above = glm::dot(away, s.normal[nearest.triangle]);
+  // Perpendicular to its triangle, within rounding: the foot lies inside it.
+  if (std::abs(above) > (1.0 - 1e-9) * nearest.distance_m) return above < 0.0;
+  return (*s.side)(point_of(point_m)) == CGAL::ON_BOUNDED_SIDE;
+}
+
+std::optional<double> SurfaceDistance::free_path_m(const glm::dvec3& from_m,
+                                                   const glm::dvec3& direction,
+                                                   std::uint32_t from) const {
+  const State& s = *state_;
+  const Kernel::Ray_3 ray(point_of(from_m),
+                          Kernel::Vector_3(direction.x, direction.y, direction.z));
+  const Face own = s.face_of_triangle[from];
+  const auto found = s.tree.first_intersection(ray, [own](const Face& f) { return f == own; });
+  if (!found) return std::nullopt;
+  // A triangle seen edge-on is met in a segment.
+#if CGAL_VERSION_NR >= CGAL_VERSION_NUMBER(6, 0, 0)
+  const auto* point = std::get_if<Point>(&found->first);
+#else
+  const auto* point = boost::get<Point>(&found->first);
+#endif
+  return point ? glm::length(vector_of(*point) - from_m) : 0.0;
+}
+
+glm::dvec3 SurfaceDistance::normal(std::uint32_t triangle) const {
+  return state_->normal[triangle];
+}
+
+}  // namespace sarnerf

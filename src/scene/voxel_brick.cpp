@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "voxel_brick.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "opaque_transfer.h"
+
+namespace sarnerf {
+namespace {
+
+constexpr std::size_t voxel_index(int x, int y, int z) {
+  return static_cast<std::size_t>((x * kBrickSide + y) * kBrickSide + z);
+}
+
+/// Calls visit(voxel, world point, nearest point) for the voxels of a brick that lie within `reach` of a
+/// surface. Distances change by at most a voxel from one voxel to the next: what is farther away is
+/// skipped as far as that goes.
+template <class Visit>
+void for_each_voxel_near(const SurfaceDistance& surface, const GridTransform& transform,
+                         const glm::ivec3& first, double reach, Visit&& visit) {
+  const double voxel_m = transform.voxel_size_m;
+  const glm::dvec3 centre = transform.world_from_index(glm::dvec3(first) + 0.5 * (kBrickSide - 1));
+  const double half_diagonal = 0.5 * std::sqrt(3.0) * (kBrickSide - 1);
+  NearestPoint nearest = surface.nearest(centre);
+  if (nearest.distance_m > (half_diagonal + reach) * voxel_m) return;
+  for (int x = 0; x < kBrickSide; ++x) {
+    for (int y = 0; y < kBrickSide; ++y) {
+      for (int z = 0; z < kBrickSide;) {
+        const glm::dvec3 point = transform.world_from_index(glm::dvec3(first + glm::ivec3(x, y, z)));
+        nearest = surface.nearest(point, nearest);
+        const double beyond = nearest.distance_m / voxel_m - reach;
+        if (beyond <= 0.0) visit(voxel_index(x, y, z), point, nearest);
+        z += 1 + static_cast<int>(std::clamp(beyond, 0.0, double(kBrickSide)));
+      }
+    }
+  }
+}
+
+/// One-way extinction of a medium. Brightness is scattering over extinction, so that matter that only
+/// scatters is given a little, which takes 2e-5 of the power over 100 m.
+double extinction_of(const Material& medium, double extinction_per_m) {
+  constexpr double kLeast_per_m = 1e-7;
+  return medium.scattering_per_m > 0.0 ? std::max(extinction_per_m, kLeast_per_m) : extinction_per_m;
+}
+
+void set_medium_attributes(const Material& medium, std::size_t voxel, VoxelBrick& voxels) {
+  const double sum = extinction_of(medium, medium.extinction_per_m) +
+                     extinction_of(medium, medium.extinction_back_per_m);
+  voxels.attributes.set(voxel);
+  voxels.gamma0[voxel] = static_cast<float>(sum > 0.0 ? medium.scattering_per_m / sum : 0.0);
+  voxels.exponent[voxel] = 0.0f;
+  voxels.normal[voxel] = glm::vec3(0.0f, 1.0f, 0.0f);  // says nothing: the exponent is 0
+  voxels.component[voxel] = Component::other;
+}
+
+}  // namespace
+
+VoxelBrick::VoxelBrick() {
+  for (auto* array : {&extinction_per_m, &extinction_back_per_m, &scattering_per_m, &gamma0, &exponent}) {
+    array->fill(0.0f);
+  }
+  normal.fill(glm::vec3(0.0f));
+  component.fill(Component::none);
+}
+
+/// Thickness (voxels) of the matter around a voxel: from its nearest point straight through it.
+double BrickVoxeliser::thickness(const VoxelSurface& surface, const glm::dvec3& point_m,
+                                 const NearestPoint& nearest, bool inside) const {
+  if (!surface.closed) return 0.0;
+  const double voxel_m = transform_.voxel_size_m;
+  glm::dvec3 inward = -surface.distance->normal(nearest.triangle);
+  if (nearest.distance_m > 1e-6 * voxel_m) {
+    inward = (inside ? 1.0 : -1.0) * (point_m - nearest.point_m) / nearest.distance_m;
+  }
+  // A little inside, so that neighbouring triangles around an edge are not met at once.
+  const double start_m = 1e-3 * voxel_m;
+  const auto path_m = surface.distance->free_path_m(nearest.point_m + start_m * inward, inward,
+                                                    nearest.triangle);
+  return path_m ? (start_m + *path_m) / voxel_m : std::numeric_limits<double>::infinity();
+}
+
+void BrickVoxeliser::set_attributes(const VoxelSurface& surface, const NearestPoint& nearest,
+                                    std::size_t voxel, VoxelBrick& voxels) const {
+  const std::uint32_t triangle = surface.triangles[nearest.triangle];
+  const Material& material = scene_.materials[scene_.mesh.material[triangle]];
+  const Object& object = scene_.objects[scene_.pieces[scene_.mesh.piece[triangle]].object];
+  const glm::dvec3 in_object = glm::dvec3(object.object_from_world * glm::dvec4(nearest.point_m, 1.0));
+  voxels.attributes.set(voxel);
+  voxels.gamma0[voxel] = static_cast<float>(material.gamma0 * material.texture.factor(in_object));
+  voxels.exponent[voxel] = static_cast<float>(material.exponent);
+  voxels.normal[voxel] = glm::vec3(surface.distance->normal(nearest.triangle));
+  voxels.component[voxel] = component_[triangle];
+}
+
+void BrickVoxeliser::fill_opaque(const glm::ivec3& first, const VoxelSurface& surface,
+                                 VoxelBrick& voxels, std::span<float> depth) const {
+  const double voxel_m = transform_.voxel_size_m;
+  const auto visit = [&](std::size_t voxel, const glm::dvec3& point, const NearestPoint& nearest) {
+    const bool inside = surface.distance->holds(point, nearest);
+    const double geometric = (inside ? 1.0 : -1.0) * nearest.distance_m / voxel_m;
+    auto counted = static_cast<float>(geometric);
+    if (std::abs(geometric) <= kSheetDepth) {
+      counted = thickened_depth(counted, static_cast<float>(thickness(surface, point, nearest, inside)));
+    }
+    // Where several pieces reach, the one deepest inside gives the voxel its looks.
+    if (counted <= depth[voxel]) return;
+    depth[voxel] = counted;
+    set_attributes(surface, nearest, voxel, voxels);
+    const float two_way = opaque_extinction_per_voxel(counted);
+    if (two_way > 0.0f) {
+      voxels.occupied.set(voxel);
+      voxels.opaque.set(voxel);
+      voxels.extinction_per_m[voxel] = static_cast<float>(0.5 * two_way / voxel_m);
+      voxels.extinction_back_per_m[voxel] = voxels.extinction_per_m[voxel];
+    }
+  };
+  for_each_voxel_near(*surface.distance, transform_, first, kReach, visit);
+}
+
+void BrickVoxeliser::add_medium(const Material& medium, double coverage, std::size_t voxel,
+                                VoxelBrick& voxels) const {
+  // Opaque matter wins: what it hides of a medium cannot be seen.
+  if (!(coverage > 0.0) || voxels.opaque[voxel]) return;
+  voxels.occupied.set(voxel);
+  voxels.extinction_per_m[voxel] += static_cast<float>(coverage * extinction_of(medium, medium.extinction_per_m));
+  voxels.extinction_back_per_m[voxel] +=
+      static_cast<float>(coverage * extinction_of(medium, medium.extinction_back_per_m));
+  voxels.scattering_per_m[voxel] += static_cast<float>(coverage * medium.scattering_per_m);
+  set_medium_attributes(medium, voxel, voxels);
+}
+
+void BrickVoxeliser::fill_medium(const glm::ivec3& first, const VoxelSurface& surface,
+                                 VoxelBrick& voxels) const {
+  const double voxel_m = transform_.voxel_size_m;
+  const Material& medium = *surface.medium;
+  // A plane cuts a voxel over a depth of the voxel's width along the plane's normal.
+  constexpr double kLargestHalfWidth = 0.87;  // half a voxel's diagonal
+  std::array<bool, kBrickVoxels> near_surface{};
+  const auto visit = [&](std::size_t voxel, const glm::dvec3& point, const NearestPoint& nearest) {
+    const bool inside = surface.distance->holds(point, nearest);
+    const glm::dvec3 normal = surface.distance->normal(nearest.triangle);
+    const double width = std::abs(normal.x) + std::abs(normal.y) + std::abs(normal.z);
+    const double depth = (inside ? 1.0 : -1.0) * nearest.distance_m / voxel_m;
+    near_surface[voxel] = std::abs(depth) <= kLargestHalfWidth;
+    if (!inside && !voxels.attributes[voxel]) set_medium_attributes(medium, voxel, voxels);
+    if (!near_surface[voxel]) return;
+    double coverage = std::clamp(0.5 + depth / width, 0.0, 1.0);
+    const double across = thickness(surface, point, nearest, inside);
+    if (across < 2.0 * width) {  // the far side, too, cuts this voxel
+      coverage += std::clamp(0.5 + (across - depth) / width, 0.0, 1.0) - 1.0;
+    }
+    add_medium(medium, coverage, voxel, voxels);
+  };
+  for_each_voxel_near(*surface.distance, transform_, first, kReach, visit);
+  // The rest of the brick is wholly inside or wholly outside; only neighbours tell which.
+  for (int x = 0; x < kBrickSide; ++x) {
+    for (int y = 0; y < kBrickSide; ++y) {
+      bool known = false, inside = false;
+      for (int z = 0; z < kBrickSide; ++z) {
+        const std::size_t voxel = voxel_index(x, y, z);
+        if (near_surface[voxel]) {
+          known = false;
+          continue;
+        }
+        if (!known) {
+          const glm::dvec3 point = transform_.world_from_index(glm::dvec3(first + glm::ivec3(x, y, z)));
+          inside = surface.distance->holds(point, surface.distance->nearest(point));
+          known = true;
+        }
+        if (inside) add_medium(medium, 1.0, voxel, voxels);
+      }
+    }
+  }
+}
+
+bool BrickVoxeliser::fill(const glm::ivec3& brick, std::span<const std::uint32_t> surfaces,
+                          VoxelBrick& voxels) const {
+  const glm::ivec3 first = brick * kBrickSide;
+  std::array<float, kBrickVoxels> depth;
+  depth.fill(-std::numeric_limits<float>::infinity());
+  for (const std::uint32_t s : surfaces) {
+    if (surfaces_[s].medium == nullptr) fill_opaque(first, surfaces_[s], voxels, depth);
+  }
+  for (const std::uint32_t s : surfaces) {
+    if (surfaces_[s].medium != nullptr) fill_medium(first, surfaces_[s], voxels);
+  }
+  // Where media overlap, brightness is that of the sum.
+  for (std::size_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
+    if (!voxels.occupied[voxel] || voxels.opaque[voxel]) continue;
+    const float sum = voxels.extinction_per_m[voxel] + voxels.extinction_back_per_m[voxel];
+    if (sum > 0.0f) voxels.gamma0[voxel] = voxels.scattering_per_m[voxel] / sum;
+  }
+  return voxels.occupied.any() || voxels.attributes.any();
+}
+
+bool BrickVoxeliser::holds(std::uint32_t surface, const glm::ivec3& voxel) const {
+  const glm::dvec3 point = transform_.world_from_index(glm::dvec3(voxel));
+  const SurfaceDistance& distance = *surfaces_[surface].distance;
+  return distance.holds(point, distance.nearest(point));
+}
+
+}  // namespace sarnerf

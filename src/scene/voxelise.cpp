@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/scene/voxelise.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "candidate_bricks.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "vdb_grids.h"
+#include "voxel_brick.h"
+
+namespace sarnerf {
+namespace {
+
+/// Bytes a brick takes while it is made: leaves of all grids, and the volume's bricks beside them.
+constexpr double kBytesPerBrick = kBrickVoxels * 2.0 * 7.0 * sizeof(float);
+
+/// A leaf of one grid, from a brick's values where `active`.
+template <class Grid, class ValueOf>
+std::unique_ptr<typename Grid::TreeType::LeafNodeType> make_leaf(
+    const glm::ivec3& brick, const std::bitset<kBrickVoxels>& active, ValueOf&& value_of) {
+  using Leaf = typename Grid::TreeType::LeafNodeType;
+  if (active.none()) return nullptr;
+  const openvdb::Coord origin(brick.x * kBrickSide, brick.y * kBrickSide, brick.z * kBrickSide);
+  auto leaf = std::make_unique<Leaf>(origin, openvdb::zeroVal<typename Grid::ValueType>(), false);
+  for (openvdb::Index n = 0; n < kBrickVoxels; ++n) {
+    if (active[n]) leaf->setValueOn(n, value_of(n));
+  }
+  return leaf;
+}
+
+/// All leaves of one brick.
+struct Leaves {
+  using Float = std::unique_ptr<openvdb::FloatTree::LeafNodeType>;
+  Float extinction, extinction_back, source, exponent;
+  std::unique_ptr<openvdb::Vec3STree::LeafNodeType> normal;
+  std::unique_ptr<openvdb::Int32Tree::LeafNodeType> component;
+};
+
+template <class Grid>
+typename Grid::Ptr make_grid(const char* name, const GridTransform& transform) {
+  auto grid = Grid::create(openvdb::zeroVal<typename Grid::ValueType>());
+  grid->setName(name);
+  grid->setTransform(vdb_transform(transform));
+  return grid;
+}
+
+/// What of a scene's matter decides which grids it needs.
+struct Matter {
+  bool opaque = false, media = false, two_extinctions = false;
+};
+
+Matter matter_of(const std::vector<VoxelSurface>& surfaces) {
+  Matter matter;
+  for (const VoxelSurface& surface : surfaces) {
+    matter.opaque |= surface.medium == nullptr;
+    matter.media |= surface.medium != nullptr;
+    matter.two_extinctions |= surface.medium != nullptr && surface.medium->extinction_per_m !=
+                                                               surface.medium->extinction_back_per_m;
+  }
+  return matter;
+}
+
+Leaves make_leaves(const glm::ivec3& brick, const VoxelBrick& v, const Matter& matter) {
+  Leaves leaves;
+  const auto floats = [&](const std::bitset<kBrickVoxels>& active, const auto& values) {
+    return make_leaf<openvdb::FloatGrid>(brick, active, [&](openvdb::Index n) { return values[n]; });
+  };
+  leaves.extinction = floats(v.occupied, v.extinction_per_m);
+  if (matter.two_extinctions) leaves.extinction_back = floats(v.occupied, v.extinction_back_per_m);
+  if (!matter.opaque) {
+    leaves.source = floats(v.occupied, v.scattering_per_m);
+    return leaves;
+  }
+  leaves.source = floats(v.attributes, v.gamma0);
+  leaves.exponent = floats(v.attributes, v.exponent);
+  leaves.normal = make_leaf<openvdb::Vec3SGrid>(brick, v.attributes, [&](openvdb::Index n) {
+    return openvdb::Vec3s(v.normal[n].x, v.normal[n].y, v.normal[n].z);
+  });
+  leaves.component = make_leaf<openvdb::Int32Grid>(
+      brick, v.attributes, [&](openvdb::Index n) { return static_cast<std::int32_t>(v.component[n]); });
+  return leaves;
+}
+
+/// Bricks wholly inside a medium, between bricks of its surface along z.
+std::vector<glm::ivec3> interior_bricks(const CandidateBricks& candidates, std::uint32_t surface,
+                                        const BrickVoxeliser& voxeliser) {
+  std::map<std::pair<int, int>, std::vector<int>> columns;
+  for (std::uint32_t b = 0; b < candidates.bricks().n_bricks(); ++b) {
+    const auto& reaching = candidates.surfaces(b);
+    if (std::find(reaching.begin(), reaching.end(), surface) == reaching.end()) continue;
+    const glm::ivec3& at = candidates.bricks().coordinate(b);
+    columns[{at.x, at.y}].push_back(at.z);
+  }
+  std::vector<glm::ivec3> interior;
+  for (auto& [xy, z] : columns) {
+    std::sort(z.begin(), z.end());
+    for (std::size_t n = 1; n < z.size(); ++n) {
+      if (z[n] - z[n - 1] < 2) continue;
+      const glm::ivec3 first(xy.first, xy.second, z[n - 1] + 1);
+      if (!voxeliser.holds(surface, first * kBrickSide)) continue;
+      for (int k = z[n - 1] + 1; k < z[n]; ++k) interior.emplace_back(xy.first, xy.second, k);
+    }
+  }
+  return interior;
+}
+
+double surface_area_m2(const Scene& scene) {
+  double area = 0.0;
+  for (const glm::uvec3& c : scene.mesh.triangles) {
+    area += 0.5 * glm::length(glm::cross(scene.mesh.vertices_m[c.y] - scene.mesh.vertices_m[c.x],
+                                         scene.mesh.vertices_m[c.z] - scene.mesh.vertices_m[c.x]));
+  }
+  return area;
+}
+
+void check_lattice(const Scene& scene, double voxel_size_m) {
+  if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m)) {
+    throw UsageError("expected a voxel size above 0 m, found " + std::to_string(voxel_size_m));
+  }
+  const glm::dvec3 size = scene.box.size();
+  const double longest = std::max({size.x, size.y, size.z});
+  if (longest / voxel_size_m > double(kBrickSide) * kMaxBrick) {
+    throw UsageError("voxels of " + std::to_string(voxel_size_m) + " m are too small for a scene of " +
+                     std::to_string(longest) + " m: expected at most 2^30 along a side; use larger ones");
+  }
+}
+
+}  // namespace
+
+std::uint64_t expected_voxel_memory_bytes(const Scene& scene, double voxel_size_m) {
+  const double side = kBrickSide * voxel_size_m;
+  // A plane meets 1.5 times as many bricks as its area, and its reach as many again beside them.
+  const double bricks = 2.0 * 1.5 * surface_area_m2(scene) / (side * side) + 27.0;
+  return static_cast<std::uint64_t>(std::min(bricks * kBytesPerBrick, 1e18));
+}
+
+VdbScene voxelise(const Scene& scene, const VoxeliseOptions& options) {
+  check_lattice(scene, options.voxel_size_m);
+  const std::uint64_t expected = expected_voxel_memory_bytes(scene, options.voxel_size_m);
+  if (options.max_memory_bytes > 0 && expected > options.max_memory_bytes) {
+    const double fits = options.voxel_size_m *
+                        std::sqrt(double(expected) / double(options.max_memory_bytes));
+    throw UsageError("voxels of " + std::to_string(options.voxel_size_m) + " m need about " +
+                     std::to_string(expected >> 20) + " MiB, more than the " +
+                     std::to_string(options.max_memory_bytes >> 20) +
+                     " MiB allowed; use --voxel-size " + std::to_string(1.05 * fits) +
+                     " or larger, or raise --max-memory");
+  }
+  openvdb::initialize();
+  const Monitor& monitor = options.monitor;
+  const GridTransform transform{scene.box.empty() ? glm::dvec3(0.0) : scene.box.min,
+                                options.voxel_size_m};
+  std::vector<VoxelSurface> surfaces = make_voxel_surfaces(scene, options.voxel_size_m, monitor);
+  const std::vector<Component> component = components_of_triangles(scene);
+  const Matter matter = matter_of(surfaces);
+  const BrickVoxeliser voxeliser(scene, surfaces, component, transform);
+
+  CandidateBricks candidates(transform);
+  for (std::uint32_t s = 0; s < surfaces.size(); ++s) {
+    monitor.check();
+    for (const std::uint32_t t : surfaces[s].triangles) {
+      const glm::uvec3& c = scene.mesh.triangles[t];
+      candidates.add_triangle(scene.mesh.vertices_m[c.x], scene.mesh.vertices_m[c.y],
+                              scene.mesh.vertices_m[c.z], BrickVoxeliser::kReach, s);
+    }
+  }
+  if (matter.media) {
+    for (std::uint32_t s = 0; s < surfaces.size(); ++s) {
+      if (surfaces[s].medium == nullptr) continue;
+      for (const glm::ivec3& brick : interior_bricks(candidates, s, voxeliser)) {
+        candidates.add(brick, s);
+      }
+    }
+  }
+
+  const std::size_t n_bricks = candidates.bricks().n_bricks();
+  std::vector<Leaves> leaves(n_bricks);
+  std::atomic<std::uint64_t> n_done{0};
+  parallel_for(n_bricks, 4, [&](std::size_t begin, std::size_t end, int worker) {
+    for (std::size_t b = begin; b < end; ++b) {
+      monitor.check();
+      VoxelBrick voxels;
+      const auto number = static_cast<std::uint32_t>(b);
+      const glm::ivec3& brick = candidates.bricks().coordinate(number);
+      if (voxeliser.fill(brick, candidates.surfaces(number), voxels)) {
+        leaves[b] = make_leaves(brick, voxels, matter);
+      }
+      const std::uint64_t done = ++n_done;
+      if (worker == 0) monitor.report("voxelising bricks", done, n_bricks);
+    }
+  });
+
+  auto grids = std::make_unique<VdbScene::Grids>();
+  grids->basis = matter.opaque ? SourceBasis::cosine : SourceBasis::scattering;
+  grids->extinction = make_grid<openvdb::FloatGrid>("extinction", transform);
+  if (matter.two_extinctions) {
+    grids->extinction_back = make_grid<openvdb::FloatGrid>("extinction_back", transform);
+  }
+  if (matter.opaque) {
+    grids->brightness.push_back(make_grid<openvdb::FloatGrid>("brightness", transform));
+    grids->normal = make_grid<openvdb::Vec3SGrid>("normal", transform);
+    grids->exponent = make_grid<openvdb::FloatGrid>("exponent", transform);
+    grids->component = make_grid<openvdb::Int32Grid>("component", transform);
+  } else {
+    grids->scattering = make_grid<openvdb::FloatGrid>("scattering", transform);
+  }
+  for (const auto& grid : {grids->extinction, grids->extinction_back, grids->scattering}) {
+    if (grid) grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  }
+  const auto take = [](auto& grid, auto& leaf) {
+    if (grid && leaf) grid->tree().addLeaf(leaf.release());
+  };
+  for (Leaves& brick : leaves) {
+    take(grids->extinction, brick.extinction);
+    take(grids->extinction_back, brick.extinction_back);
+    take(matter.opaque ? grids->brightness.front() : grids->scattering, brick.source);
+    take(grids->normal, brick.normal);
+    take(grids->exponent, brick.exponent);
+    take(grids->component, brick.component);
+  }
+  // Whole leaves of one value, the insides of media, become tiles.
+  if (matter.media) {
+    for (const openvdb::GridBase::Ptr& grid : grids->all()) grid->pruneGrid();
+  }
+  return VdbScene(std::move(grids));
+}
+
+}  // namespace sarnerf
