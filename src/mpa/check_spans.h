@@ -16,11 +16,9 @@ inline void expect_length(std::size_t found, std::size_t expected, const char* w
   }
 }
 
-/// Throws UsageError unless the arrays belong together and every ray's row lies in the image. Costs a look
-/// at every ray, none at segments: the kernels treat a bin beyond the image as kNoBin.
+/// Throws UsageError unless the arrays belong together. Costs a look at every ray, none at segments.
 template <class T>
-void check_spans(const SegmentSpans<T>& segments, const FieldSamples<T>& field, int n_range,
-                 std::size_t n_pixels) {
+void check_segments(const SegmentSpans<T>& segments, const FieldSamples<T>& field) {
   const std::size_t n_rays = segments.ray_row.size();
   const std::size_t n_segments = segments.bin.size();
   expect_length(segments.ray_begin.size(), n_rays + 1, "ray_begin");
@@ -39,10 +37,17 @@ void check_spans(const SegmentSpans<T>& segments, const FieldSamples<T>& field, 
   if (!std::is_sorted(segments.ray_begin.begin(), segments.ray_begin.end())) {
     throw UsageError("integrate: ray_begin must not decrease");
   }
+}
+
+/// The same, and every ray's row must lie in the image. The kernels treat a bin beyond it as kNoBin.
+template <class T>
+void check_spans(const SegmentSpans<T>& segments, const FieldSamples<T>& field, int n_range,
+                 std::size_t n_pixels) {
+  check_segments(segments, field);
   if (n_range < 0) throw UsageError("integrate: n_range is " + std::to_string(n_range));
   std::uint32_t last_row = 0;
   for (const std::uint32_t row : segments.ray_row) last_row = std::max(last_row, row);
-  if (n_rays > 0 && (last_row + std::size_t{1}) * static_cast<std::size_t>(n_range) > n_pixels) {
+  if (!segments.ray_row.empty() && (last_row + std::size_t{1}) * static_cast<std::size_t>(n_range) > n_pixels) {
     throw UsageError("integrate: a ray belongs to row " + std::to_string(last_row) + " of " +
                      std::to_string(n_range) + " bins, but the image has only " +
                      std::to_string(n_pixels) + " pixels");

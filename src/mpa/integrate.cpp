@@ -96,6 +96,30 @@ void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& f
   }
 }
 
+void contributions(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
+                   Integrator integrator, std::span<double> out, InstructionSet set) {
+  expect_available(set);
+  check_segments(segments, field);
+  expect_length(out.size(), segments.ray_begin.back() - segments.ray_begin.front(),
+                "the array of contributions");
+  const KernelInput in = kernel_input(segments, field, integrator, 0);
+  const std::size_t stride = scratch_stride(segments);
+  std::vector<double> scratch(kScratchArrays * stride);
+  switch (set) {
+    case InstructionSet::baseline:
+      return kernel_baseline::contributions(in, stride, scratch.data(), out.data());
+#ifdef SARNERF_X86_KERNELS
+    case InstructionSet::avx2:
+      return kernel_avx2::contributions(in, stride, scratch.data(), out.data());
+    case InstructionSet::avx512:
+      return kernel_avx512::contributions(in, stride, scratch.data(), out.data());
+#else
+    default:
+      return;
+#endif
+  }
+}
+
 void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                        Integrator integrator, int n_range, std::span<const double> pixel_gradients,
                        const FieldGradients<float>& gradients, InstructionSet set) {
@@ -137,6 +161,11 @@ void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<f
                        const FieldGradients<float>& gradients) {
   integrate_adjoint(segments, field, integrator, n_range, pixel_gradients, gradients,
                     best_instruction_set());
+}
+
+void contributions(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
+                   Integrator integrator, std::span<double> out) {
+  contributions(segments, field, integrator, out, best_instruction_set());
 }
 
 }  // namespace sarnerf

@@ -41,6 +41,7 @@ inline constexpr std::size_t kScratchArrays = 3;
 
 namespace kernel_baseline {
 void integrate(const KernelInput& in, std::size_t stride, double* scratch, double* pixels);
+void contributions(const KernelInput& in, std::size_t stride, double* scratch, double* out);
 void integrate_adjoint(const KernelInput& in, std::size_t stride, double* scratch,
                        const double* pixel_gradients, const KernelGradients& out);
 }  // namespace kernel_baseline
@@ -48,12 +49,14 @@ void integrate_adjoint(const KernelInput& in, std::size_t stride, double* scratc
 #ifdef SARNERF_X86_KERNELS
 namespace kernel_avx2 {
 void integrate(const KernelInput& in, std::size_t stride, double* scratch, double* pixels);
+void contributions(const KernelInput& in, std::size_t stride, double* scratch, double* out);
 void integrate_adjoint(const KernelInput& in, std::size_t stride, double* scratch,
                        const double* pixel_gradients, const KernelGradients& out);
 }  // namespace kernel_avx2
 
 namespace kernel_avx512 {
 void integrate(const KernelInput& in, std::size_t stride, double* scratch, double* pixels);
+void contributions(const KernelInput& in, std::size_t stride, double* scratch, double* out);
 void integrate_adjoint(const KernelInput& in, std::size_t stride, double* scratch,
                        const double* pixel_gradients, const KernelGradients& out);
 }  // namespace kernel_avx512

@@ -99,8 +99,9 @@ void contributions(const float* __restrict l, const float* __restrict source,
   }
 }
 
-template <Integrator kIntegrator, bool kBrightness>
-void forward(const KernelInput& in, std::size_t stride, double* scratch, double* pixels) {
+/// Calls sink(first ray, end ray, first segment, contributions of the segments) for blocks of whole rays.
+template <Integrator kIntegrator, bool kBrightness, class Sink>
+void forward(const KernelInput& in, std::size_t stride, double* scratch, const Sink& sink) {
   double* const x = scratch;
   double* const tau = x + stride;
   double* const c = tau + stride;
@@ -109,6 +110,16 @@ void forward(const KernelInput& in, std::size_t stride, double* scratch, double*
     const std::size_t begin = in.ray_begin[ray], n = in.ray_begin[end_ray] - begin;
     block_depths(in, ray, end_ray, x, tau);
     contributions<kIntegrator, kBrightness>(in.length_m + begin, in.source + begin, x, tau, n, c);
+    sink(ray, end_ray, begin, c);
+    ray = end_ray;
+  }
+}
+
+/// Adds contributions to their pixels.
+struct PixelSink {
+  const KernelInput& in;
+  double* pixels;
+  void operator()(std::size_t ray, std::size_t end_ray, std::size_t begin, const double* c) const {
     for (; ray < end_ray; ++ray) {
       double* const row = pixels + in.ray_row[ray] * in.n_range;
       for (std::size_t s = in.ray_begin[ray]; s < in.ray_begin[ray + 1]; ++s) {
@@ -116,7 +127,17 @@ void forward(const KernelInput& in, std::size_t stride, double* scratch, double*
       }
     }
   }
-}
+};
+
+/// Leaves contributions as they are.
+struct SegmentSink {
+  const KernelInput& in;
+  double* contributions;
+  void operator()(std::size_t, std::size_t end_ray, std::size_t begin, const double* c) const {
+    const std::size_t first = in.ray_begin[0], n = in.ray_begin[end_ray] - begin;
+    for (std::size_t s = 0; s < n; ++s) contributions[begin - first + s] = c[s];
+  }
+};
 
 /// In: pixel gradients g, depths x and τ. Out: x holds g ∂c/∂x, τ holds g c, and ∂L/∂source is done.
 template <Integrator kIntegrator, bool kBrightness>
@@ -170,10 +191,24 @@ void adjoint(const KernelInput& in, std::size_t stride, double* scratch,
   }
 }
 
-template <Integrator kIntegrator>
-void forward_in_form(const KernelInput& in, std::size_t stride, double* scratch, double* pixels) {
-  in.brightness_form ? forward<kIntegrator, true>(in, stride, scratch, pixels)
-                     : forward<kIntegrator, false>(in, stride, scratch, pixels);
+template <Integrator kIntegrator, class Sink>
+void forward_in_form(const KernelInput& in, std::size_t stride, double* scratch, const Sink& sink) {
+  in.brightness_form ? forward<kIntegrator, true>(in, stride, scratch, sink)
+                     : forward<kIntegrator, false>(in, stride, scratch, sink);
+}
+
+template <class Sink>
+void forward_with(const KernelInput& in, std::size_t stride, double* scratch, const Sink& sink) {
+  switch (in.integrator) {
+    case Integrator::exact:
+      return forward_in_form<Integrator::exact>(in, stride, scratch, sink);
+    case Integrator::midpoint:
+      return forward_in_form<Integrator::midpoint>(in, stride, scratch, sink);
+    case Integrator::paper:
+      return forward_in_form<Integrator::paper>(in, stride, scratch, sink);
+    case Integrator::paper_gated:
+      return forward_in_form<Integrator::paper_gated>(in, stride, scratch, sink);
+  }
 }
 
 template <Integrator kIntegrator>
@@ -188,16 +223,11 @@ void adjoint_in_form(const KernelInput& in, std::size_t stride, double* scratch,
 namespace SARNERF_KERNEL_NAMESPACE {
 
 void integrate(const KernelInput& in, std::size_t stride, double* scratch, double* pixels) {
-  switch (in.integrator) {
-    case Integrator::exact:
-      return forward_in_form<Integrator::exact>(in, stride, scratch, pixels);
-    case Integrator::midpoint:
-      return forward_in_form<Integrator::midpoint>(in, stride, scratch, pixels);
-    case Integrator::paper:
-      return forward_in_form<Integrator::paper>(in, stride, scratch, pixels);
-    case Integrator::paper_gated:
-      return forward_in_form<Integrator::paper_gated>(in, stride, scratch, pixels);
-  }
+  forward_with(in, stride, scratch, PixelSink{in, pixels});
+}
+
+void contributions(const KernelInput& in, std::size_t stride, double* scratch, double* out) {
+  forward_with(in, stride, scratch, SegmentSink{in, out});
 }
 
 void integrate_adjoint(const KernelInput& in, std::size_t stride, double* scratch, const double* g,

@@ -41,7 +41,7 @@ void begin_ray(SampleBatch& batch, const RayGrid& grid, int row, int k) {
 }
 
 void append_segments(SampleBatch& batch, const RayGrid& grid, double along_track_m, int k,
-                     const RangeInterval& interval) {
+                     const RangeInterval& interval, double longest_m) {
   const Acquisition& a = grid.acquisition();
   const double spacing_m = a.range_spacing_m;
   // Bin j covers [border_m(j), border_m(j + 1)).
@@ -53,7 +53,8 @@ void append_segments(SampleBatch& batch, const RayGrid& grid, double along_track
   const double first =
       std::min(std::floor(interval.near_m / spacing_m + 0.5 * a.n_range), a.n_range - 1.0);
   const double last = std::floor(far_m / spacing_m + 0.5 * a.n_range);
-  if (!(static_cast<double>(batch.n_segments()) + (last - first) + 1.0 <
+  const double n_extra = (far_m - interval.near_m) / longest_m;
+  if (!(static_cast<double>(batch.n_segments()) + (last - first) + n_extra + 1.0 <
         static_cast<double>(std::numeric_limits<std::uint32_t>::max()))) {
     throw UsageError("a batch of rays holds at most 4294967295 segments; give it fewer rays");
   }
@@ -61,9 +62,14 @@ void append_segments(SampleBatch& batch, const RayGrid& grid, double along_track
   for (double j = first; near_m < far_m; j += 1.0) {
     const double end_m = std::min(border_m(j + 1.0), far_m);
     if (!(near_m < end_m)) continue;
-    batch.bin.push_back(j < 0.0 ? kNoBin : static_cast<std::uint32_t>(j));
-    batch.length_m.push_back(static_cast<float>(end_m - near_m));
-    batch.point_m.emplace_back(grid.point_from_aim_m(along_track_m, 0.5 * (near_m + end_m), k));
+    const double n_parts = std::max(1.0, std::ceil((end_m - near_m) / longest_m));
+    const double part_m = (end_m - near_m) / n_parts;
+    for (double n = 0.0; n < n_parts; n += 1.0) {
+      batch.bin.push_back(j < 0.0 ? kNoBin : static_cast<std::uint32_t>(j));
+      batch.length_m.push_back(static_cast<float>(part_m));
+      batch.point_m.emplace_back(
+          grid.point_from_aim_m(along_track_m, near_m + (n + 0.5) * part_m, k));
+    }
     near_m = end_m;
   }
   batch.ray_begin.back() = static_cast<std::uint32_t>(batch.n_segments());

@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "sarnerf/render/surface_engine.h"
+#include "sarnerf/render/engine.h"
+#include "sarnerf/scene/scene.h"
 
 namespace sarnerf {
 

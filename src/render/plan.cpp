@@ -15,11 +15,13 @@ namespace {
 
 /// Automatic sampling: rays this fraction of the finer pixel side apart, and so many slices a row.
 /// sar_bench accuracy shows what other values cost and give (README, accuracy against time).
-constexpr double kRaySpacingInPixels = 0.25;
-constexpr int kSubRows = 8;
-
-/// Time of one kept ray, tracing and deposit, on one thread of a 2.5 GHz server core (sar_bench speed).
-constexpr double kSecondsPerRay = 60e-9;
+struct Density {
+  double ray_spacing_in_pixels;
+  int n_sub_rows;
+  double seconds_per_ray;  ///< tracing and deposit, on one thread of a 2.5 GHz server core (sar_bench speed)
+};
+constexpr Density kSurfaceDensity{0.25, 8, 60e-9};
+constexpr Density kVoxelDensity{0.25, 8, 250e-9};
 
 template <class... Arguments>
 std::string format(const char* pattern, Arguments... arguments) {
@@ -75,6 +77,30 @@ Fan lattice_fan(std::pair<double, double> extent_rad, double step_rad) {
   return {first * step_rad, step_rad, std::max(1, static_cast<int>(last - first))};
 }
 
+void add_left_out_rays(const ViewPlan& plan, std::vector<std::string>& lines) {
+  if (plan.n_grid_rays <= plan.n_kept_rays) return;
+  lines.push_back(format("%.1f %% of the ray grid: those rays miss the scene's box",
+                         100.0 * double(plan.n_grid_rays - plan.n_kept_rays) /
+                             double(plan.n_grid_rays)));
+}
+
+std::vector<std::string> left_out_of_volume(const Scene& scene, const Volume& volume,
+                                            const ViewPlan& plan) {
+  std::vector<std::string> lines;
+  if (!scene.ground) lines.push_back("ground: none asked for, so no plane and no rays beyond the scene's box");
+  if (!volume.channels.two_extinctions) {
+    lines.push_back("a second extinction: it is the same going in and coming back");
+  }
+  if (volume.channels.basis == SourceBasis::harmonics && volume.channels.harmonics_degree < 2) {
+    lines.push_back(format("harmonics above degree %d: the volume has none",
+                           volume.channels.harmonics_degree));
+  }
+  lines.push_back("empty voxels, and all behind an optical depth of 20: not sampled");
+  add_left_out_rays(plan, lines);
+  lines.push_back("layers, impulse response, speckle, noise: not asked for");
+  return lines;
+}
+
 std::vector<std::string> left_out(const Scene& scene, const ViewPlan& plan) {
   std::vector<std::string> lines;
   const bool media = std::any_of(scene.materials.begin(), scene.materials.end(),
@@ -85,26 +111,22 @@ std::vector<std::string> left_out(const Scene& scene, const ViewPlan& plan) {
     lines.push_back("rays for the ground: it is uniform, its image is known in closed form");
   }
   if (!media) lines.push_back("volume integration: all matter is opaque, first hits are enough");
-  if (plan.n_grid_rays > plan.n_kept_rays) {
-    lines.push_back(format("%.1f %% of the ray grid: those rays miss the scene's box",
-                           100.0 * double(plan.n_grid_rays - plan.n_kept_rays) /
-                               double(plan.n_grid_rays)));
-  }
+  add_left_out_rays(plan, lines);
   lines.push_back("layers, impulse response, speckle, noise: not asked for");
   return lines;
 }
 
-}  // namespace
-
-ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sampling& sampling) {
+/// All of a plan that does not depend on the engine.
+ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sampling& sampling,
+                   const Density& density) {
   validate(acquisition);
   check_radar_position(scene, acquisition);
   ViewPlan plan;
   plan.acquisition = acquisition;
   plan.integrator = sampling.integrator;
-  plan.n_sub_rows = sampling.n_sub_rows > 0 ? sampling.n_sub_rows : kSubRows;
+  plan.n_sub_rows = sampling.n_sub_rows > 0 ? sampling.n_sub_rows : density.n_sub_rows;
   if (sampling.n_sub_rows == 0) {
-    plan.chosen.push_back(format("%d slices per azimuth row (--sub-rows)", kSubRows));
+    plan.chosen.push_back(format("%d slices per azimuth row (--sub-rows)", density.n_sub_rows));
   }
 
   const Acquisition& a = plan.acquisition;
@@ -125,7 +147,7 @@ ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sam
   }
 
   const double finer_m = std::min(a.range_spacing_m, a.azimuth_spacing_m);
-  const double spacing_m = kRaySpacingInPixels * finer_m;
+  const double spacing_m = density.ray_spacing_in_pixels * finer_m;
   // A scene without any extent across the rays still needs one.
   const double least = 1e-3 * spacing_m / a.slant_range_m;
   if (angles->second - angles->first < least) {
@@ -137,14 +159,28 @@ ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sam
     plan.fan = lattice_fan(*angles, spacing_m / a.slant_range_m);
     plan.chosen.push_back(
         format("%d elevation rays, %.4g m apart: %.2g of the finer pixel side (--elevations)",
-               plan.fan.n_elevation, spacing_m, kRaySpacingInPixels));
+               plan.fan.n_elevation, spacing_m, density.ray_spacing_in_pixels));
   }
   const auto n_elevation = static_cast<std::uint64_t>(plan.fan.n_elevation);
   plan.n_grid_rays = std::uint64_t(a.n_azimuth) * std::uint64_t(plan.n_sub_rows) * n_elevation;
   plan.n_kept_rays = std::min(plan.n_grid_rays, count_kept_rays(scene, plan));
   plan.memory_bytes += n_elevation * (100 + 60 * std::uint64_t(thread_count()));
-  plan.expected_s = double(plan.n_kept_rays) * kSecondsPerRay / thread_count();
-  plan.left_out = left_out(scene, plan);
+  plan.expected_s = double(plan.n_kept_rays) * density.seconds_per_ray / thread_count();
+  return plan;
+}
+
+}  // namespace
+
+ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sampling& sampling) {
+  ViewPlan plan = plan_rays(scene, acquisition, sampling, kSurfaceDensity);
+  if (plan.fan.n_elevation > 0) plan.left_out = left_out(scene, plan);
+  return plan;
+}
+
+ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisition& acquisition,
+                         const Sampling& sampling) {
+  ViewPlan plan = plan_rays(scene, acquisition, sampling, kVoxelDensity);
+  if (plan.fan.n_elevation > 0) plan.left_out = left_out_of_volume(scene, volume, plan);
   return plan;
 }
 

@@ -68,6 +68,24 @@ double relative_difference(const std::vector<A>& a, const std::vector<B>& b) {
 
 }  // namespace
 
+TEST_CASE("contributions of segments add up to the pixels") {
+  for_each_problem([](const Problem<float>& p, Integrator integrator) {
+    for (InstructionSet set : available_instruction_sets()) {
+      std::vector<double> c(p.segments().bin.size());
+      contributions(p.segments(), p.field(), integrator, c, set);
+      std::vector<double> pixels(p.n_pixels(), 0.0);
+      const auto segments = p.segments();
+      for (std::size_t ray = 0; ray < segments.ray_row.size(); ++ray) {
+        for (std::size_t s = segments.ray_begin[ray]; s < segments.ray_begin[ray + 1]; ++s) {
+          const auto n_range = static_cast<std::size_t>(p.n_range);
+          if (segments.bin[s] < n_range) pixels[segments.ray_row[ray] * n_range + segments.bin[s]] += c[s];
+        }
+      }
+      CHECK(pixels == render(p, integrator, set));
+    }
+  });
+}
+
 TEST_CASE("images of the kernels agree with the oracle, pixel by pixel") {
   for_each_problem([](const Problem<float>& p, Integrator integrator) {
     const std::vector<double> expected = render(p.as<double>(), integrator);

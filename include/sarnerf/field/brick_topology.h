@@ -85,6 +85,12 @@ class BrickFinder {
     return numbers_ ? (*numbers_)[static_cast<std::size_t>(offset_in_brick(brick))] : kNoBrick;
   }
 
+  /// Whether the brick lies in a tile, 8 bricks along a side, without any.
+  bool in_empty_tile(const glm::ivec3& brick) {
+    if (brick_of_voxel(brick) != tile_) go_to_tile(brick_of_voxel(brick));
+    return numbers_ == nullptr;
+  }
+
  private:
   void go_to_tile(const glm::ivec3& tile);
 

@@ -49,6 +49,11 @@ struct FieldGradients {
 void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                Integrator integrator, int n_range, std::span<double> pixels);
 
+/// The contributions c_s themselves, one for each segment, for those who place them on pixels otherwise. All
+/// segments must belong to rays of the call. Cost: that of integrate().
+void contributions(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
+                   Integrator integrator, std::span<double> out);
+
 /// Adjoint of integrate(): given ∂L/∂pixel, writes (does not add) ∂L/∂κ⁺, ∂L/∂κ⁻ and ∂L/∂source. With g
 /// the gradient of a segment's pixel, 0 where it has none:
 ///
@@ -72,6 +77,8 @@ std::string_view name(InstructionSet set);
 /// The same with the instruction set given: for tests and benchmarks. The processor must have it.
 void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                Integrator integrator, int n_range, std::span<double> pixels, InstructionSet set);
+void contributions(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
+                   Integrator integrator, std::span<double> out, InstructionSet set);
 void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                        Integrator integrator, int n_range, std::span<const double> pixel_gradients,
                        const FieldGradients<float>& gradients, InstructionSet set);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <utility>
 
 #include "sarnerf/geometry/ray_grid.h"
@@ -22,10 +23,11 @@ RangeInterval clip_to_box(const RayGrid& grid, double along_track_m, int k,
 /// Opens a ray in the batch; segments appended until the next call belong to it.
 void begin_ray(SampleBatch& batch, const RayGrid& grid, int row, int k);
 
-/// Cuts [near, far] at the borders of the range bins and appends a segment for each part, with its
-/// centre point. Parts nearer than bin 0 get kNoBin, cut at the same pitch; parts beyond the last bin
+/// Cuts [near, far] at the borders of the range bins, and the parts evenly until none is longer than
+/// `longest_m`, and appends a segment for each part, with its centre point. Parts nearer than bin 0 get kNoBin, cut at the same pitch; parts beyond the last bin
 /// are left out, since nothing behind them is seen.
 void append_segments(SampleBatch& batch, const RayGrid& grid, double along_track_m, int k,
-                     const RangeInterval& interval);
+                     const RangeInterval& interval,
+                     double longest_m = std::numeric_limits<double>::infinity());
 
 }  // namespace sarnerf

@@ -3,69 +3,25 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
-#include <vector>
 
-#include "sarnerf/core/image.h"
-#include "sarnerf/core/monitor.h"
-#include "sarnerf/geometry/ray_grid.h"
-#include "sarnerf/mpa/integrator.h"
+#include "sarnerf/render/engine.h"
 #include "sarnerf/scene/scene.h"
 
 namespace sarnerf {
 
-/// How densely a view is sampled. Zero means: choose.
-struct Sampling {
-  int n_elevation = 0;
-  int n_sub_rows = 0;  ///< slices per azimuth row
-  Integrator integrator = Integrator::exact;  ///< matters for translucent solids only
-};
-
-/// What rendering one view will take; made before any of it is done.
-struct ViewPlan {
-  Acquisition acquisition;
-  Fan fan;
-  int n_sub_rows = 1;
-  Integrator integrator = Integrator::exact;
-  std::uint64_t n_grid_rays = 0;  ///< rows × sub-rows × elevations
-  std::uint64_t n_kept_rays = 0;  ///< rays that meet the scene's box: the only ones generated
-  std::uint64_t memory_bytes = 0; ///< image and scratch, without scene and BVH
-  double expected_s = 0.0;        ///< rough, from the number of kept rays
-  std::vector<std::string> chosen;    ///< settings chosen automatically, and why
-  std::vector<std::string> left_out;  ///< what this scene does not need
-};
-
-/// One rendered view.
-struct RenderedView {
-  Image<float> beta0;  ///< radar brightness, linear power, [n_azimuth × n_range]
-  std::uint64_t n_hits = 0;
-  double trace_and_deposit_s = 0.0;
-  std::vector<std::string> warnings;  ///< a blank image says why here
-};
-
 /// MPA of a mesh by ray casting: opaque matter by first hits, translucent solids in closed form between
 /// entry and exit. Built once, then used for any number of views.
-class SurfaceEngine {
+class SurfaceEngine final : public Engine {
  public:
   /// Builds the acceleration structure. Throws GeometryError for a scene without triangles and ground.
   explicit SurfaceEngine(const Scene& scene);
-  ~SurfaceEngine();
-  SurfaceEngine(const SurfaceEngine&) = delete;
-  SurfaceEngine& operator=(const SurfaceEngine&) = delete;
+  ~SurfaceEngine() override;
 
-  /// The plan of a view. Throws GeometryError when the view is impossible for this scene.
-  ViewPlan plan(const Acquisition& acquisition, const Sampling& sampling) const;
-
-  /// Renders with all threads that parallel_for has; the result does not depend on their number.
-  RenderedView render(const ViewPlan& plan, const Monitor& monitor = {}) const;
-
-  /// What the user should know about images of this scene, whatever the view.
-  const std::vector<std::string>& warnings() const;
-
-  /// Bytes of the acceleration structure and of the engine's copy of the mesh.
-  std::uint64_t memory_bytes() const;
-  /// Seconds that the constructor took.
-  double build_s() const;
+  ViewPlan plan(const Acquisition& acquisition, const Sampling& sampling) const override;
+  RenderedView render(const ViewPlan& plan, const Monitor& monitor = {}) const override;
+  const std::vector<std::string>& warnings() const override;
+  std::uint64_t memory_bytes() const override;
+  double build_s() const override;
 
  private:
   struct State;

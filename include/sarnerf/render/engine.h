@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sarnerf/core/image.h"
+#include "sarnerf/core/monitor.h"
+#include "sarnerf/geometry/ray_grid.h"
+#include "sarnerf/mpa/integrator.h"
+
+namespace sarnerf {
+
+/// How densely a view is sampled. Zero means: choose.
+struct Sampling {
+  int n_elevation = 0;
+  int n_sub_rows = 0;  ///< slices per azimuth row
+  Integrator integrator = Integrator::exact;  ///< matters for translucent solids only
+};
+
+/// What rendering one view will take; made before any of it is done.
+struct ViewPlan {
+  Acquisition acquisition;
+  Fan fan;
+  int n_sub_rows = 1;
+  Integrator integrator = Integrator::exact;
+  std::uint64_t n_grid_rays = 0;  ///< rows × sub-rows × elevations
+  std::uint64_t n_kept_rays = 0;  ///< rays that meet the scene's box: the only ones generated
+  std::uint64_t memory_bytes = 0; ///< image and scratch, without scene and BVH
+  double expected_s = 0.0;        ///< rough, from the number of kept rays
+  std::vector<std::string> chosen;    ///< settings chosen automatically, and why
+  std::vector<std::string> left_out;  ///< what this scene does not need
+};
+
+/// One rendered view.
+struct RenderedView {
+  Image<float> beta0;  ///< radar brightness, linear power, [n_azimuth × n_range]
+  std::uint64_t n_hits = 0;
+  double trace_and_deposit_s = 0.0;
+  std::vector<std::string> warnings;  ///< a blank image says why here
+};
+
+/// What makes images of a scene: built once, then used for any number of views, on any number of threads.
+class Engine {
+ public:
+  Engine() = default;
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+  virtual ~Engine() = default;
+
+  /// The plan of a view. Throws GeometryError when the view is impossible for this scene.
+  virtual ViewPlan plan(const Acquisition& acquisition, const Sampling& sampling) const = 0;
+
+  /// Renders with all threads that parallel_for has; the result does not depend on their number.
+  virtual RenderedView render(const ViewPlan& plan, const Monitor& monitor = {}) const = 0;
+
+  /// What the user should know about images of this scene, whatever the view.
+  virtual const std::vector<std::string>& warnings() const = 0;
+
+  /// Bytes of acceleration structures and of the engine's copy of the scene.
+  virtual std::uint64_t memory_bytes() const = 0;
+  /// Seconds that the constructor took.
+  virtual double build_s() const = 0;
+};
+
+}  // namespace sarnerf

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "footprint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sarnerf {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::infinity();
+/// Rays that emit less than this part of a neighbour's power say nothing about its surface.
+constexpr double kLeastMass = 1e-2;
+/// Longest step (bins) that is believed from one neighbour alone.
+constexpr double kLongestLoneStep = 2.0;
+
+double smaller_step(double before, double behind) {
+  const double least = std::min(before, behind);
+  if (least == kUnknown) return 0.0;
+  const bool lone = std::max(before, behind) == kUnknown;
+  return lone && least > kLongestLoneStep ? 0.0 : least;
+}
+
+}  // namespace
+
+void SliceEmission::assign(std::size_t n_rays) {
+  mass.assign(n_rays, 0.0);
+  centroid.assign(n_rays, 0.0);
+  batch_ray.assign(n_rays, kNoRay);
+}
+
+SegmentEmission segment_emission(double first_bin, double length, double depth) {
+  // ∫ s e^(−xs/ℓ) ds / ∫ e^(−xs/ℓ) ds over the segment, in lengths.
+  const double mean = depth < 1e-3 ? 0.5 - depth / 12.0
+                      : depth < 500.0 ? 1.0 / depth - 1.0 / std::expm1(depth)
+                                      : 1.0 / depth;
+  return {first_bin + mean * length, 2.0 * mean * length};
+}
+
+double Footprints::step(std::size_t s, std::size_t n, std::size_t other_s,
+                        std::size_t other_n) const {
+  const double own = slices_[s].mass[n], other = slices_[other_s].mass[other_n];
+  if (!(other > kLeastMass * own)) return kUnknown;
+  return std::abs(slices_[s].centroid[n] - slices_[other_s].centroid[other_n]);
+}
+
+double Footprints::over_ray(std::size_t s, std::size_t n) const {
+  const std::size_t last = slices_[s].mass.size() - 1;
+  const double before = n > 0 && consecutive_[n - 1] ? step(s, n, s, n - 1) : kUnknown;
+  const double behind = n < last && consecutive_[n] ? step(s, n, s, n + 1) : kUnknown;
+  return smaller_step(before, behind);
+}
+
+double Footprints::over_slice(std::size_t s, std::size_t n) const {
+  const double before = s > 0 ? step(s, n, s - 1, n) : kUnknown;
+  const double behind = s + 1 < slices_.size() ? step(s, n, s + 1, n) : kUnknown;
+  return smaller_step(before, behind);
+}
+
+}  // namespace sarnerf
