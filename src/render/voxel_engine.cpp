@@ -336,8 +336,8 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
     for (int j = 0; j < a.n_range; ++j) {
       const auto n = static_cast<std::size_t>(j);
       // What of the ground all rays together hide is hidden but for rounding.
-      const double seen = w.ground_bins[n] > 1e-12 * bare_ground[n] ? w.ground_bins[n] : 0.0;
-      row[n] = static_cast<float>((w.bins[n] + seen) * factor * a.range_m(j));
+      const double ground_seen = w.ground_bins[n] > 1e-12 * bare_ground[n] ? w.ground_bins[n] : 0.0;
+      row[n] = static_cast<float>((w.bins[n] + ground_seen) * factor * a.range_m(j));
     }
   };
   const auto render_rows = [&](std::size_t begin, std::size_t end, int worker) {

@@ -123,6 +123,11 @@ std::optional<double> SurfaceDistance::free_path_m(const glm::dvec3& from_m,
   return point ? glm::length(vector_of(*point) - from_m) : 0.0;
 }
 
+bool SurfaceDistance::meets_any(const glm::dvec3& from_m, const glm::dvec3& direction) const {
+  return state_->tree.do_intersect(
+      Kernel::Ray_3(point_of(from_m), Kernel::Vector_3(direction.x, direction.y, direction.z)));
+}
+
 glm::dvec3 SurfaceDistance::normal(std::uint32_t triangle) const {
   return state_->normal[triangle];
 }

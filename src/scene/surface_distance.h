@@ -41,6 +41,9 @@ class SurfaceDistance {
   std::optional<double> free_path_m(const glm::dvec3& from_m, const glm::dvec3& direction,
                                     std::uint32_t from) const;
 
+  /// Whether a ray meets any triangle.
+  bool meets_any(const glm::dvec3& from_m, const glm::dvec3& direction) const;
+
   /// Outward unit normal of a triangle.
   glm::dvec3 normal(std::uint32_t triangle) const;
 

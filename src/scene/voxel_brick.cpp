@@ -55,6 +55,20 @@ void set_medium_attributes(const Material& medium, std::size_t voxel, VoxelBrick
   voxels.component[voxel] = Component::other;
 }
 
+/// Depth (voxels) at which a point near a sheet counts. The matter of a sheet with a hidden side lies there,
+/// as if it were the skin of a solid; that of one seen from both sides lies to both.
+float sheet_depth(const VoxelSurface& surface, const glm::dvec3& point, const NearestPoint& nearest,
+                  double voxel_m) {
+  const auto distance = static_cast<float>(nearest.distance_m / voxel_m);
+  const HiddenSide hidden = surface.hidden[nearest.triangle];
+  if (hidden == HiddenSide::none) return kSheetDepth - distance;
+  // Beside a sheet's border is neither side.
+  constexpr double kLeastCosine = 0.65;
+  const double above = glm::dot(point - nearest.point_m, surface.distance->normal(nearest.triangle));
+  const double into = hidden == HiddenSide::front ? above : -above;
+  return into > kLeastCosine * nearest.distance_m ? distance : -distance;
+}
+
 }  // namespace
 
 VoxelBrick::VoxelBrick() {
@@ -98,11 +112,16 @@ void BrickVoxeliser::fill_opaque(const glm::ivec3& first, const VoxelSurface& su
                                  VoxelBrick& voxels, std::span<float> depth) const {
   const double voxel_m = transform_.voxel_size_m;
   const auto visit = [&](std::size_t voxel, const glm::dvec3& point, const NearestPoint& nearest) {
-    const bool inside = surface.distance->holds(point, nearest);
-    const double geometric = (inside ? 1.0 : -1.0) * nearest.distance_m / voxel_m;
-    auto counted = static_cast<float>(geometric);
-    if (std::abs(geometric) <= kSheetDepth) {
-      counted = thickened_depth(counted, static_cast<float>(thickness(surface, point, nearest, inside)));
+    float counted = 0.0f;
+    if (surface.closed) {
+      const bool inside = surface.distance->holds(point, nearest);
+      const double depth_m = inside ? nearest.distance_m : -nearest.distance_m;
+      counted = static_cast<float>(depth_m / voxel_m);
+      if (std::abs(counted) <= kSheetDepth) {
+        counted = thickened_depth(counted, static_cast<float>(thickness(surface, point, nearest, inside)));
+      }
+    } else {
+      counted = sheet_depth(surface, point, nearest, voxel_m);
     }
     // Where several pieces reach, the one deepest inside gives the voxel its looks.
     if (counted <= depth[voxel]) return;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "hidden_sides.h"
 #include "sarnerf/core/parallel.h"
 
 namespace sarnerf {
@@ -59,7 +60,8 @@ std::vector<VoxelSurface> make_voxel_surfaces(const Scene& scene, double voxel_s
     if (material.opaque && (!closed || small)) {
       sheets.triangles.insert(sheets.triangles.end(), triangles.begin(), triangles.end());
     } else if (closed) {
-      surfaces.push_back({std::move(triangles), nullptr, true, material.opaque ? nullptr : &material});
+      surfaces.push_back(
+          {std::move(triangles), nullptr, true, material.opaque ? nullptr : &material, {}});
     }
   }
   if (!sheets.triangles.empty()) surfaces.push_back(std::move(sheets));
@@ -69,6 +71,9 @@ std::vector<VoxelSurface> make_voxel_surfaces(const Scene& scene, double voxel_s
       build_distance(scene, surfaces[s]);
     }
   });
+  for (VoxelSurface& surface : surfaces) {
+    if (!surface.closed) surface.hidden = find_hidden_sides(scene, surface, voxel_size_m, monitor);
+  }
   return surfaces;
 }
 

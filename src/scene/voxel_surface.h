@@ -10,6 +10,10 @@
 
 namespace sarnerf {
 
+/// Which side of a sheet no radar above the horizon sees. There its matter can be put, so that the other side
+/// answers where it is.
+enum class HiddenSide : std::uint8_t { none, front, back };
+
 /// A part of the mesh that is voxelised at one go: a closed piece, or all matter that is thinner than
 /// voxels can tell.
 struct VoxelSurface {
@@ -17,6 +21,7 @@ struct VoxelSurface {
   std::unique_ptr<SurfaceDistance> distance;
   bool closed = false;  ///< else a sheet, without an inside
   const Material* medium = nullptr;  ///< null: opaque
+  std::vector<HiddenSide> hidden;    ///< of a sheet, per triangle
 };
 
 /// Cuts the scene's mesh into surfaces: one for each closed piece, one for all open opaque pieces together
