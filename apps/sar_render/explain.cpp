@@ -47,9 +47,18 @@ void add_scene(const Job& job, Table& table) {
   const Scene& scene = *job.scene;
   const auto n_closed = std::count_if(scene.pieces.begin(), scene.pieces.end(),
                                       [](const Piece& piece) { return piece.closed; });
-  table.add("scene", format("%s: %zu triangles in %zu pieces, %td of them closed",
+  if (job.options.volume()) {
+    table.add("scene", format("%s: a volume", job.options.scene.filename().c_str()));
+  } else {
+    table.add("scene", format("%s: %zu triangles in %zu pieces, %td of them closed",
                             job.options.scene.filename().c_str(), scene.mesh.triangles.size(),
                             scene.pieces.size(), n_closed));
+  }
+  if (job.built.voxel) {
+    table.add("voxels", format("%llu occupied, %.4g m a side",
+                               static_cast<unsigned long long>(job.built.n_voxels),
+                               job.built.voxel_size_m));
+  }
   if (!scene.box.empty()) {
     const glm::dvec3 size = scene.box.size();
     table.add("scene", format("%.6g x %.6g x %.6g m (x, y up, z)", size.x, size.y, size.z));
@@ -98,6 +107,7 @@ void add_cost(const Job& job, Table& table) {
 void add_choices(const Job& job, Table& table) {
   if (!job.framing.empty()) table.add("chosen", job.framing);
   const char* of_first = job.plans.size() > 1 ? " [first view]" : "";
+  for (const std::string& line : job.built.notes) table.add("chosen", line);
   for (const std::string& line : job.plans.front().chosen) table.add("chosen", line + of_first);
   for (const std::string& line : job.plans.front().left_out) table.add("left out", line + of_first);
 }

@@ -18,7 +18,7 @@
 namespace sarnerf::app {
 namespace {
 
-Scene load(const Options& o, const Monitor& monitor) {
+LoadOptions load_options(const Options& o, const Monitor& monitor) {
   LoadOptions load;
   load.up = o.up;
   load.units_m = o.units_m;
@@ -28,7 +28,7 @@ Scene load(const Options& o, const Monitor& monitor) {
   load.ground_height_m = o.ground_height_m;
   load.max_memory_bytes = o.shared.max_memory_bytes;
   load.monitor = monitor;
-  return load_scene(o.scene, load);
+  return load;
 }
 
 /// Every combination, all azimuths of the first incidence first. Sizes come later.
@@ -82,7 +82,7 @@ void make_plans(Job& job, const Monitor& monitor) {
     for (std::size_t n = begin; n < end; ++n) {
       const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
       validate(acquisition);
-      job.plans[n] = job.engine->plan(acquisition, job.options.sampling);
+      job.plans[n] = job.built.engine->plan(acquisition, job.options.sampling);
     }
   });
 }
@@ -113,7 +113,14 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   warn_about_repeated_azimuths(options, console);
 
   const Stopwatch loading;
-  job.scene = std::make_unique<const Scene>(load(options, monitor));
+  std::optional<Volume> volume;
+  if (options.volume()) {
+    LoadedVolume loaded = load_volume(options, load_options(options, monitor), console);
+    job.scene = std::make_unique<const Scene>(std::move(loaded.scene));
+    volume = std::move(loaded.volume);
+  } else {
+    job.scene = std::make_unique<const Scene>(load_scene(options.scene, load_options(options, monitor)));
+  }
   job.times.load_s = loading.seconds();
   for (const std::string& note : job.scene->report.notes) console.note(note);
   for (const std::string& warning : job.scene->report.warnings) console.warning(warning);
@@ -127,9 +134,9 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   monitor.check();
 
   const Stopwatch building;
-  job.engine = std::make_unique<const SurfaceEngine>(*job.scene);
+  job.built = build_engine(options, *job.scene, std::move(volume), console, monitor);
   job.times.build_s = building.seconds();
-  for (const std::string& warning : job.engine->warnings()) console.warning(warning);
+  for (const std::string& warning : job.built.engine->warnings()) console.warning(warning);
 
   const Stopwatch planning;
   make_plans(job, monitor);
@@ -155,6 +162,8 @@ Json resolved_of(const Job& job) {
     if (path == job.options.scene || path == job.options.materials) continue;
     j["inputs"].push_back({{"file", path.filename().string()}, {"sha256", sha256_of_file(path)}});
   }
+  j["engine"] = job.built.voxel ? "voxel" : "surface";
+  if (job.built.voxel) j["voxel_size_m"] = job.built.voxel_size_m;
   j["elevations"] = Json::array();
   j["sub_rows"] = Json::array();
   for (const ViewPlan& plan : job.plans) {
@@ -163,6 +172,7 @@ Json resolved_of(const Job& job) {
   }
   j["chosen"] = Json::array();
   if (!job.framing.empty()) j["chosen"].push_back(job.framing);
+  for (const std::string& line : job.built.notes) j["chosen"].push_back(line);
   if (job.plans.size() == 1) {
     for (const std::string& line : job.plans.front().chosen) j["chosen"].push_back(line);
   }

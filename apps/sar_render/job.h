@@ -6,11 +6,12 @@
 #include <vector>
 
 #include "console.h"
+#include "engine_choice.h"
 #include "options.h"
 #include "recipe.h"
 #include "sarnerf/core/monitor.h"
 #include "sarnerf/dataset/manifest.h"
-#include "sarnerf/render/surface_engine.h"
+#include "sarnerf/render/engine.h"
 #include "sarnerf/scene/scene.h"
 #include "stopwatch.h"
 
@@ -20,7 +21,7 @@ namespace sarnerf::app {
 struct Job {
   Options options;
   std::unique_ptr<const Scene> scene;  ///< the engine refers to it
-  std::unique_ptr<const SurfaceEngine> engine;
+  BuiltEngine built;
   glm::dvec3 aim_m{0.0};
   double reference_height_m = 0.0;  ///< of the plane that calibration refers to
   std::string framing;              ///< how the size was chosen; empty when it was given

@@ -6,6 +6,7 @@
 
 #include "job.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/render/surface_engine.h"
 #include "values.h"
 
 namespace sarnerf::app {
@@ -82,7 +83,7 @@ void refuse_scene_beyond_memory(const Job& job) {
 
 void decide_views_at_once(Job& job) {
   const std::uint64_t limit = job.options.shared.max_memory_bytes;
-  const std::uint64_t fixed = kProgramBytes + scene_bytes(*job.scene) + job.engine->memory_bytes();
+  const std::uint64_t fixed = kProgramBytes + scene_bytes(*job.scene) + job.built.engine->memory_bytes();
   const std::uint64_t each = largest_plan_bytes(job);
   if (limit != 0 && fixed + each > limit) {
     // Rays and rows grow with the image: count them with its pixels.

@@ -30,7 +30,7 @@ struct Texts {
   std::string pitch, depression, azimuth = "0", altitude = "10000", slant_range, look = "right", aim = "auto";
   std::string size = "auto", spacing = "0.3", calibration = "beta0", quantity = "power";
   std::string units = "m", scale = "1", up = "y", materials, ground, ground_height = "auto";
-  std::string engine = "surface", elevations = "auto", sub_rows = "auto", integrator = "exact";
+  std::string engine = "auto", voxel_size = "auto", extinction_per_density = "1", save_volume, elevations = "auto", sub_rows = "auto", integrator = "exact";
   std::string output;
   bool overwrite = false, explain = false, dry_run = false;
 };
@@ -49,7 +49,7 @@ void add_options(CommandLine& command, Texts& t) {
     return option;
   };
 
-  p.add_option("SCENE", t.scene, "Mesh (.obj, .ply, .stl, .off) or scene (.json)")
+  p.add_option("SCENE", t.scene, "Mesh (.obj, .ply, .stl, .off), scene (.json) or volume (.vdb)")
       ->type_name("FILE")->required();
 
   group = "Views (angles: 45, a list 15,17 or a range 0:350:10 with its end)";
@@ -79,11 +79,17 @@ void add_options(CommandLine& command, Texts& t) {
   add("--ground-height", t.ground_height, "M|auto", "Reference plane and ground; auto: lowest height");
 
   group = "Computation";
-  add("--engine", t.engine, "NAME", "surface: rays against the mesh")->check(one_of({"surface"}));
+  add("--engine", t.engine, "auto|surface|voxel",
+      "surface: rays against the mesh; voxel: rays through sparse voxels; auto: says which and why")
+      ->check(one_of({"auto", "surface", "voxel"}));
+  add("--voxel-size", t.voxel_size, "M|auto", "Voxels made from a mesh; auto: half the finer spacing");
+  add("--extinction-per-density", t.extinction_per_density, "1/M",
+      "Of fog volumes (.vdb) made by other tools");
+  add("--save-volume", t.save_volume, "FILE", "Write the voxels to FILE (.vdb)");
   add("--elevations", t.elevations, "N|auto", "Elevation rays; auto: from the spacing");
   add("--sub-rows", t.sub_rows, "N|auto", "Slices per azimuth row");
   add("--integrator", t.integrator, "NAME",
-      "For translucent solids: exact, midpoint, paper, paper-gated");
+      "For volumes: exact, midpoint, paper, paper-gated");
 
   group = "Output";
   add("-o,--output", t.output, "NAME", "File name without ending, or folder; default SCENE_sar");
@@ -168,6 +174,29 @@ Options resolve(const Texts& t, const CommandLine& command, bool altitude_given)
   o.ground_height_m = unless_auto<double>(
       t.ground_height, [](const auto& s) { return parse_number("--ground-height", s); });
 
+  o.engine = t.engine == "surface" ? EngineChoice::surface
+             : t.engine == "voxel" ? EngineChoice::voxel
+                                   : EngineChoice::automatic;
+  o.voxel_size_m = unless_auto<double>(
+      t.voxel_size, [](const auto& s) { return parse_positive("--voxel-size", s); });
+  o.extinction_per_density = parse_positive("--extinction-per-density", t.extinction_per_density);
+  o.save_volume = t.save_volume;
+  if (o.volume() && o.engine == EngineChoice::surface) {
+    throw UsageError("--engine surface needs a mesh, and " + o.scene.string() +
+                     " is a volume; leave the option out");
+  }
+  if (o.volume() && o.voxel_size_m) {
+    throw UsageError("--voxel-size is for meshes, and " + o.scene.string() +
+                     " has voxels already; leave the option out");
+  }
+  if (!o.save_volume.empty() && o.save_volume.extension() != ".vdb") {
+    throw UsageError("--save-volume: expected a name ending in .vdb, found " + o.save_volume.string());
+  }
+  if (o.engine == EngineChoice::surface && (o.voxel_size_m || !o.save_volume.empty())) {
+    throw UsageError("--engine surface makes no voxels: leave out --voxel-size and --save-volume, or "
+                     "choose --engine voxel");
+  }
+
   o.sampling.n_elevation = count_or_auto("--elevations", t.elevations);
   o.sampling.n_sub_rows = count_or_auto("--sub-rows", t.sub_rows);
   o.sampling.integrator = integrator_from_name(t.integrator);
@@ -180,6 +209,10 @@ Options resolve(const Texts& t, const CommandLine& command, bool altitude_given)
 }
 
 }  // namespace
+
+std::string_view name(EngineChoice choice) {
+  return choice == EngineChoice::surface ? "surface" : choice == EngineChoice::voxel ? "voxel" : "auto";
+}
 
 std::optional<Options> parse_options(int argc, char** argv) {
   CommandLine command("sar_render", kDescription);

@@ -10,11 +10,16 @@
 
 #include "sarnerf/dataset/calibration.h"
 #include "sarnerf/geometry/acquisition.h"
-#include "sarnerf/render/surface_engine.h"
+#include "sarnerf/render/engine.h"
 #include "sarnerf/scene/scene.h"
 #include "shared_options.h"
 
 namespace sarnerf::app {
+
+enum class EngineChoice { automatic, surface, voxel };
+
+/// "auto", "surface", "voxel".
+std::string_view name(EngineChoice choice);
 
 /// What the user asked for, checked one by one and against each other, before any file is opened.
 /// Empty optionals are left to the program.
@@ -40,6 +45,10 @@ struct Options {
   std::optional<std::string> ground;
   std::optional<double> ground_height_m;
 
+  EngineChoice engine = EngineChoice::automatic;
+  std::optional<double> voxel_size_m;   ///< empty: chosen from the spacing
+  double extinction_per_density = 1.0;  ///< of fog volumes made elsewhere (1/m)
+  std::filesystem::path save_volume;    ///< empty: the voxels are not kept
   Sampling sampling;
 
   std::string output;  ///< empty: named after the scene
@@ -49,6 +58,8 @@ struct Options {
 
   SharedOptions shared;
 
+  /// Whether the scene is an OpenVDB file.
+  bool volume() const { return scene.extension() == ".vdb"; }
   bool sweep() const { return incidence_deg.size() * azimuth_deg.size() > 1; }
 };
 

@@ -28,7 +28,7 @@ void require_finite(const Image<float>& image, const DatasetView& view) {
 
 Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   const ViewPlan& plan = job.plans[n];
-  RenderedView rendered = job.engine->render(plan, monitor);
+  RenderedView rendered = job.built.engine->render(plan, monitor);
   monitor.check();
   Products products;
   products.n_hits = rendered.n_hits;

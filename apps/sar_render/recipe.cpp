@@ -33,6 +33,7 @@ Json scene_request(const Options& o) {
   j["units_m"] = o.units_m;
   j["scale"] = o.scale;
   j["up"] = o.up == UpAxis::z ? "z" : "y";
+  if (o.volume()) j["extinction_per_density"] = o.extinction_per_density;
   if (!o.materials.empty()) j["materials"] = fingerprint(o.materials);
   if (o.ground) j["ground"] = *o.ground;
   j["ground_height_m"] = or_auto(o.ground_height_m);
@@ -88,7 +89,8 @@ Json request_of(const Options& o) {
                 {"spacing_m", {o.spacing_m.first, o.spacing_m.second}},
                 {"calibration", name(o.calibration)},
                 {"quantity", name(o.quantity)}};
-  j["computation"] = {{"engine", "surface"},
+  j["computation"] = {{"engine", name(o.engine)},
+                      {"voxel_size_m", or_auto(o.voxel_size_m)},
                       {"elevations", count_or_auto(o.sampling.n_elevation)},
                       {"sub_rows", count_or_auto(o.sampling.n_sub_rows)},
                       {"integrator", name(o.sampling.integrator)}};

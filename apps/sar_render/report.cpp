@@ -42,11 +42,15 @@ std::string report_text(const Job& job, const RunFigures& figures) {
                 {"rendered", figures.n_rendered},
                 {"finished_before", figures.n_reused}};
   j["triangles"] = job.scene->mesh.triangles.size();
+  if (job.built.voxel) {
+    j["voxels"] = {{"size_m", job.built.voxel_size_m}, {"occupied", job.built.n_voxels}};
+  }
   j["rays"] = {{"grid", n_grid}, {"kept", n_kept}, {"hits", figures.n_hits}};
   j["seconds"] = {{"read", job.scene->report.read_s},
                   {"repair", job.scene->report.repair_s},
                   {"load", job.times.load_s},
-                  {"build", job.times.build_s},
+                  {"build", job.times.build_s - job.built.voxelise_s},
+                  {"voxelise", job.built.voxelise_s},
                   {"plan", job.times.plan_s},
                   {"trace_and_deposit", figures.trace_and_deposit_s},
                   {"encode", figures.encode_s},

@@ -58,7 +58,14 @@ VdbScene read_vdb(const std::filesystem::path& path, const VdbReadOptions& optio
   if (!grids->extinction && !grids->scattering) {
     throw InputError(where + ": expected a grid named \"extinction\" or \"scattering\"");
   }
-  return VdbScene(std::move(grids));
+  VdbScene scene(std::move(grids));
+  const auto least = metadata->getMetadata<openvdb::Vec3DMetadata>("scene_box_min_m");
+  const auto most = metadata->getMetadata<openvdb::Vec3DMetadata>("scene_box_max_m");
+  if (least && most) {
+    scene.scene_box_m.min = {least->value().x(), least->value().y(), least->value().z()};
+    scene.scene_box_m.max = {most->value().x(), most->value().y(), most->value().z()};
+  }
+  return scene;
 }
 
 }  // namespace sarnerf

@@ -187,6 +187,11 @@ Volume to_volume(const VdbScene& scene, std::uint64_t max_memory_bytes) {
     volume.n_occupied_voxels = std::max(volume.n_occupied_voxels, grid->activeVoxelCount());
   }
   volume.support_m = support_of(volume);
+  volume.box_m = scene.scene_box_m;
+  if (volume.box_m.empty() && !volume.support_m.empty()) {
+    const double voxel_m = volume.grid.transform().voxel_size_m;
+    volume.box_m = {volume.support_m.min + voxel_m, volume.support_m.max - voxel_m};
+  }
   return volume;
 }
 

@@ -227,7 +227,9 @@ VdbScene voxelise(const Scene& scene, const VoxeliseOptions& options) {
   if (matter.media) {
     for (const openvdb::GridBase::Ptr& grid : grids->all()) grid->pruneGrid();
   }
-  return VdbScene(std::move(grids));
+  VdbScene voxels(std::move(grids));
+  voxels.scene_box_m = scene.box;
+  return voxels;
 }
 
 }  // namespace sarnerf

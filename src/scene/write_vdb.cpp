@@ -27,6 +27,10 @@ void write_vdb(const VdbScene& scene, const std::filesystem::path& path) {
     metadata.insertMeta("brightness_basis",
                         openvdb::StringMetadata(basis_name(grids.basis, grids.harmonics_degree)));
   }
+  if (const Box& box = scene.scene_box_m; !box.empty()) {
+    metadata.insertMeta("scene_box_min_m", openvdb::Vec3DMetadata({box.min.x, box.min.y, box.min.z}));
+    metadata.insertMeta("scene_box_max_m", openvdb::Vec3DMetadata({box.max.x, box.max.y, box.max.z}));
+  }
   AtomicFiles files;
   const std::filesystem::path temporary = files.reserve(path);
   try {

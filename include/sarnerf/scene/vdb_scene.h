@@ -38,6 +38,9 @@ class VdbScene {
   double voxel_size_m() const;
   std::vector<VdbGridSummary> summary() const;
 
+  /// World box of what the voxels were made from; empty when that is not known.
+  Box scene_box_m;
+
   /// What reading assumed, for the log: one line each.
   std::vector<std::string> notes;
 
@@ -67,5 +70,9 @@ void write_vdb(const VdbScene& scene, const std::filesystem::path& path);
 /// Throws UsageError before allocating more than allowed (0: unlimited). Cost: linear in voxels, on all
 /// threads of parallel_for.
 Volume to_volume(const VdbScene& scene, std::uint64_t max_memory_bytes = 0);
+
+/// A scene without a mesh around a volume: its box to be framed, and the ground that `options` ask for.
+/// Throws as load_scene() for materials that are not known.
+Scene scene_around(const Volume& volume, const std::filesystem::path& file, const LoadOptions& options);
 
 }  // namespace sarnerf

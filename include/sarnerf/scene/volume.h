@@ -17,6 +17,7 @@ struct Volume {
   BrickGrid<float> grid{GridTransform{}, 1};  ///< transform in world coordinates
   FieldChannels channels;
   std::vector<Component> component;  ///< per voxel, in the order of the grid's values; empty: unknown
+  Box box_m;      ///< of what the voxels were made from, to be framed; else of the voxels that are occupied
   Box support_m;  ///< where interpolated extinction or scattering is not 0
   std::uint64_t n_occupied_voxels = 0;  ///< with extinction or scattering
 
