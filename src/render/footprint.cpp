@@ -11,14 +11,14 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::infinity();
 /// Rays that emit less than this part of a neighbour's power say nothing about its surface.
 constexpr double kLeastMass = 1e-2;
-/// Longest step (bins) that is believed from one neighbour alone.
-constexpr double kLongestLoneStep = 2.0;
+/// Longest step (bins) that one neighbour can vouch for. Longer ones need both to agree within a factor of
+/// two, as they do on a steep surface; else the neighbours see other surfaces.
+constexpr double kLongestLoneStep = 1.0;
 
 double smaller_step(double before, double behind) {
-  const double least = std::min(before, behind);
-  if (least == kUnknown) return 0.0;
-  const bool lone = std::max(before, behind) == kUnknown;
-  return lone && least > kLongestLoneStep ? 0.0 : least;
+  const double least = std::min(before, behind), most = std::max(before, behind);
+  if (least <= kLongestLoneStep) return least;
+  return most <= 2.0 * least && most != kUnknown ? least : 0.0;
 }
 
 }  // namespace
