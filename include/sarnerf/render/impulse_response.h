@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "sarnerf/render/window.h"
+
+namespace sarnerf {
+
+/// Impulse response along one axis, sampled at the pixels. Real and symmetric; its energy is 1, so that
+/// an extended target keeps its mean power.
+struct Kernel {
+  std::vector<double> taps{1.0};   ///< h_n for n = −reach … reach
+  double bandwidth_per_m = 0.0;    ///< B (cycles/m); 0: no impulse response
+  double neglected_energy = 0.0;   ///< share of ∫|h|² beyond the taps, before they were normalised
+  int border = 0;                  ///< pixels within which all but 1 % of the energy lies
+
+  int reach() const { return static_cast<int>(taps.size() / 2); }
+
+  /// Σ |h_n|² of the taps that reach pixel `index` of an axis of `count` pixels from inside of it.
+  double energy_inside(int index, int count) const;
+};
+
+/// The separable impulse response of a processor.
+struct ImpulseResponse {
+  Kernel azimuth, range;
+};
+
+/// Samples h at multiples of `spacing_m`, h the transform of the window on a band B = b / ρ, with ρ =
+/// `resolution_m` the −3 dB width of |h|² and b the window's broadening (F1, F3 in
+/// docs/image_formation.md).
+///
+/// Taps reach as far as all but 1e-5 of the energy, at most 128 / B. Throws UsageError when B exceeds
+/// 1 / spacing: then the samples are aliases, a point's energy depends on where in its pixel it lies,
+/// and no image of this spacing has this resolution.
+Kernel make_kernel(const Window& window, double resolution_m, double spacing_m);
+
+}  // namespace sarnerf
