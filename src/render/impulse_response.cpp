@@ -10,7 +10,8 @@
 namespace sarnerf {
 namespace {
 
-constexpr double kNeglected = 1e-5;
+/// Amplitudes go as its root: autocorrelations are then right to 2e-5 where the window decays fast enough.
+constexpr double kNeglected = 1e-10;
 constexpr double kMostCells = 128.0;
 constexpr double kBorderShare = 0.01;
 /// No image is wider; taps beyond would never be used.

@@ -10,6 +10,9 @@
 namespace sarnerf {
 namespace {
 
+/// Taylor's sidelobes are nearly, not quite, as low as designed.
+constexpr double kMostExcessDb = 2.0;
+
 [[noreturn]] void fail(std::string_view text) {
   throw UsageError("window: expected none, hann, hamming, taylor:DB (such as taylor:-35, or "
                    "taylor:-35,5 with its number of sidelobes) or kaiser:BETA, found '" +
@@ -55,10 +58,13 @@ Window taylor(std::string_view text, std::string_view parameters) {
     throw UsageError("window: expected a sidelobe level of -100 to -14 dB (no window has -13.3 dB), found '" +
                      std::string(text) + "'");
   }
-  if (becomes_negative(window)) {
-    throw UsageError("window: " + text_of(window) +
-                     " is negative at the edge of the band: give it more sidelobes, as in " +
-                     "taylor:" + shortest(*level) + "," + std::to_string(window.nbar + 4));
+  const double reached_db = Taper(window).peak_sidelobe_db();
+  if (becomes_negative(window) || reached_db > *level + kMostExcessDb) {
+    char reached[32];
+    std::snprintf(reached, sizeof reached, "%.1f", reached_db);
+    throw UsageError("window: " + text_of(window) + " has too few sidelobes for its level: it reaches " +
+                     reached + " dB; give it more, as in taylor:" + shortest(*level) + "," +
+                     std::to_string(window.nbar + 2));
   }
   return window;
 }

@@ -29,8 +29,8 @@ struct Window {
 };
 
 /// "taylor:-35", "taylor:-35,5", "kaiser:6", "hamming", "hann", "none". Throws UsageError listing these,
-/// and for parameters that make no window: a sidelobe level outside −100 … −14 dB, n̄ outside 2 … 30, a
-/// taper that becomes negative (n̄ too small for the level), β outside 0 … 50.
+/// and for parameters that make no window: a sidelobe level outside −100 … −14 dB, n̄ outside 2 … 30 or
+/// too small for the level (missed by more than 2 dB, or a negative taper), β outside 0 … 50.
 Window window_from_text(std::string_view text);
 
 /// The inverse; every parameter is spelled out: "taylor:-35,4".
