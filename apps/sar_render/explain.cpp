@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "formation.h"
 #include "values.h"
 
 namespace sarnerf::app {
@@ -91,6 +92,10 @@ void add_views(const Job& job, Table& table) {
                             std::string(name(o.quantity)).c_str()));
 }
 
+void add_formation(const Job& job, Table& table) {
+  for (const std::string& line : formation_lines(job.options, job.border)) table.add("formation", line);
+}
+
 void add_cost(const Job& job, Table& table) {
   const auto [n_grid, n_kept, expected_s] = planned_cost(job);
   table.add("rays", format("%llu of %llu in the grids meet the scene's box: only these are traced",
@@ -110,6 +115,8 @@ void add_choices(const Job& job, Table& table) {
   for (const std::string& line : job.built.notes) table.add("chosen", line);
   for (const std::string& line : job.plans.front().chosen) table.add("chosen", line + of_first);
   for (const std::string& line : job.plans.front().left_out) table.add("left out", line + of_first);
+  const std::string unused = formation_left_out(job.options.formation);
+  if (!unused.empty()) table.add("left out", unused);
 }
 
 }  // namespace
@@ -118,6 +125,7 @@ std::string explain(const Job& job, const std::string& place) {
   Table table;
   add_scene(job, table);
   add_views(job, table);
+  add_formation(job, table);
   add_choices(job, table);
   add_cost(job, table);
   table.add("output", place);

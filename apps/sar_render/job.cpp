@@ -82,7 +82,8 @@ void make_plans(Job& job, const Monitor& monitor) {
     for (std::size_t n = begin; n < end; ++n) {
       const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
       validate(acquisition);
-      job.plans[n] = job.built.engine->plan(acquisition, job.options.sampling);
+      job.plans[n] = job.built.engine->plan(widened(acquisition, job.border), job.options.sampling);
+      job.plans[n].memory_bytes += formation_memory_bytes(job.options.formation, job.plans[n].acquisition);
     }
   });
 }
@@ -130,6 +131,7 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   job.views = poses(options);
   set_size(job);
   if (!job.framing.empty()) console.note(job.framing);
+  job.border = border_of(job.options);
   refuse_scene_beyond_memory(job);
   monitor.check();
 
@@ -170,6 +172,7 @@ Json resolved_of(const Job& job) {
     j["elevations"].push_back(plan.fan.n_elevation);
     j["sub_rows"].push_back(plan.n_sub_rows);
   }
+  if (job.options.formation.resolution_m) j["formation"] = formation_resolved(job.options, job.border);
   j["chosen"] = Json::array();
   if (!job.framing.empty()) j["chosen"].push_back(job.framing);
   for (const std::string& line : job.built.notes) j["chosen"].push_back(line);

@@ -7,6 +7,7 @@
 
 #include "console.h"
 #include "engine_choice.h"
+#include "formation.h"
 #include "options.h"
 #include "recipe.h"
 #include "sarnerf/core/monitor.h"
@@ -26,7 +27,8 @@ struct Job {
   double reference_height_m = 0.0;  ///< of the plane that calibration refers to
   std::string framing;              ///< how the size was chosen; empty when it was given
   std::vector<DatasetView> views;   ///< image names still empty
-  std::vector<ViewPlan> plans;      ///< one per view
+  std::vector<ViewPlan> plans;      ///< one per view, each of an image wider by `border` on every side
+  Border border;                    ///< zero unless there is an impulse response
   std::uint64_t memory_bytes = 0;   ///< expected at the peak
   int n_views_at_once = 1;
   PreparationTimes times;

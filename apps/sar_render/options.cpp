@@ -2,6 +2,7 @@
 #include "options.h"
 
 #include <cstdio>
+#include <limits>
 
 #include "command_line.h"
 #include "sarnerf/core/error.h"
@@ -30,6 +31,7 @@ struct Texts {
   std::string pitch, depression, azimuth = "0", altitude = "10000", slant_range, look = "right", aim = "auto";
   std::string size = "auto", spacing = "0.3", calibration = "beta0", quantity = "power";
   std::string units = "m", scale = "1", up = "y", materials, ground, ground_height = "auto";
+  std::string resolution, window = "none", looks = "inf", nesz = "none", seed = "1";
   std::string engine = "auto", voxel_size = "auto", extinction_per_density = "1", save_volume, elevations = "auto", sub_rows = "auto", integrator = "exact";
   std::string output;
   bool overwrite = false, explain = false, dry_run = false;
@@ -69,6 +71,13 @@ void add_options(CommandLine& command, Texts& t) {
       ->check(one_of({"beta0", "sigma0", "gamma0"}));
   add("--quantity", t.quantity, "NAME", "power, or amplitude: its root")
       ->check(one_of({"power", "amplitude"}));
+
+  group = "Image formation (off by default: images are mean incoherent power)";
+  add("--resolution", t.resolution, "A[,R]", "-3 dB widths (m) of the impulse response, coarser than --spacing");
+  add("--window", t.window, "NAME", "none, hann, hamming, taylor:DB[,NBAR] as taylor:-35, kaiser:BETA");
+  add("--looks", t.looks, "L|inf", "Gamma speckle of L >= 1 looks of the full resolution; inf: none");
+  add("--nesz", t.nesz, "DB|none", "Noise floor: noise-equivalent sigma0");
+  add("--seed", t.seed, "N", "Of speckle and noise");
 
   group = "Scene";
   add("--units", t.units, "UNIT", "Of the file: m, cm, mm, km, ft, in, or metres as a number");
@@ -143,6 +152,22 @@ int count_or_auto(const char* option, const std::string& text) {
   return text == "auto" ? 0 : static_cast<int>(parse_whole(option, text, 1, kMost));
 }
 
+double resolve_looks(const std::string& text) {
+  return text == "inf" ? std::numeric_limits<double>::infinity() : parse_number("--looks", text);
+}
+
+ImageFormation resolve_formation(const Texts& t, const std::pair<double, double>& spacing_m) {
+  ImageFormation f;
+  if (!t.resolution.empty()) f.resolution_m = parse_spacing_m("--resolution", t.resolution);
+  f.window = window_from_text(t.window);
+  f.looks = resolve_looks(t.looks);
+  if (t.nesz != "none") f.nesz_db = parse_number("--nesz", t.nesz);
+  f.seed = static_cast<std::uint64_t>(
+      parse_whole("--seed", t.seed, 0, std::numeric_limits<std::int64_t>::max()));
+  validate(f, spacing_m.first, spacing_m.second);
+  return f;
+}
+
 Options resolve(const Texts& t, const CommandLine& command, bool altitude_given) {
   Options o;
   o.shared = command.shared_options();
@@ -165,6 +190,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool altitude_given)
   o.spacing_m = parse_spacing_m("--spacing", t.spacing);
   o.calibration = calibration_from_name(t.calibration);
   o.quantity = quantity_from_name(t.quantity);
+  o.formation = resolve_formation(t, o.spacing_m);
 
   o.units_m = parse_units_m("--units", t.units);
   o.scale = parse_positive("--scale", t.scale);

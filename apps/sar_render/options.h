@@ -11,6 +11,7 @@
 #include "sarnerf/dataset/calibration.h"
 #include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/render/engine.h"
+#include "sarnerf/render/image_formation.h"
 #include "sarnerf/scene/scene.h"
 #include "shared_options.h"
 
@@ -37,6 +38,7 @@ struct Options {
   std::pair<double, double> spacing_m{0.3, 0.3};
   Calibration calibration = Calibration::beta0;
   Quantity quantity = Quantity::power;
+  ImageFormation formation;
 
   double units_m = 1.0;
   double scale = 1.0;

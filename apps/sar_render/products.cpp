@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "formation.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/dataset/display.h"
 #include "sarnerf/dataset/image_file.h"
@@ -34,13 +35,28 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   products.n_hits = rendered.n_hits;
   products.trace_and_deposit_s = rendered.trace_and_deposit_s;
   products.warnings = std::move(rendered.warnings);
-  if (std::string outside = outside_swath_warning(*job.scene, plan.acquisition); !outside.empty()) {
+  const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
+  if (std::string outside = outside_swath_warning(*job.scene, acquisition); !outside.empty()) {
     products.warnings.push_back(std::move(outside));
   }
 
-  const Stopwatch encoding;
   Image<float>& image = rendered.beta0;
-  const int n_bins = calibrate(image, plan.acquisition, job.reference_height_m, job.options.calibration);
+  if (job.options.formation.any()) {
+    const Stopwatch forming;
+    require_finite(image, job.views[n]);
+    const int n_without_noise = form_image(image, job.options.formation, plan.acquisition,
+                                           job.reference_height_m, monitor) - job.border.range;
+    image = without_border(std::move(image), job.border);
+    if (n_without_noise > 0) {
+      products.warnings.push_back("the nearest " + std::to_string(n_without_noise) +
+                                  " range bins lie above the reference plane's nadir, where sigma0 and with "
+                                  "it the noise level do not exist: they have no noise");
+    }
+    products.formation_s = forming.seconds();
+  }
+
+  const Stopwatch encoding;
+  const int n_bins = calibrate(image, acquisition, job.reference_height_m, job.options.calibration);
   if (n_bins > 0) {
     products.warnings.push_back("the nearest " + std::to_string(n_bins) +
                                 " range bins lie above the reference plane's nadir, where " +

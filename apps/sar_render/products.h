@@ -16,6 +16,7 @@ struct Products {
   std::vector<std::byte> png;   ///< display picture
   std::uint64_t n_hits = 0;
   double trace_and_deposit_s = 0.0;
+  double formation_s = 0.0;
   double encode_s = 0.0;
   std::vector<std::string> warnings;
 };

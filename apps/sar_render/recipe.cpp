@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "formation.h"
 #include "sarnerf/core/sha256.h"
 #include "version.h"
 
@@ -89,6 +90,7 @@ Json request_of(const Options& o) {
                 {"spacing_m", {o.spacing_m.first, o.spacing_m.second}},
                 {"calibration", name(o.calibration)},
                 {"quantity", name(o.quantity)}};
+  if (o.formation.any()) j["formation"] = formation_request(o.formation);
   j["computation"] = {{"engine", name(o.engine)},
                       {"voxel_size_m", or_auto(o.voxel_size_m)},
                       {"elevations", count_or_auto(o.sampling.n_elevation)},

@@ -21,12 +21,12 @@ std::uint64_t peak_memory_bytes() {
 }  // namespace
 
 std::string summary(const RunFigures& figures) {
-  char text[200];
+  char text[240];
   std::snprintf(text, sizeof text,
-                "rendered %zu view%s in %.3g s: tracing and deposit %.3g s, encoding %.3g s, writing %.3g s "
-                "(summed over views)",
-                figures.n_rendered, figures.n_rendered == 1 ? "" : "s", figures.total_s, figures.trace_and_deposit_s, figures.encode_s,
-                figures.write_s);
+                "rendered %zu view%s in %.3g s: tracing and deposit %.3g s, image formation %.3g s, encoding "
+                "%.3g s, writing %.3g s (summed over views)",
+                figures.n_rendered, figures.n_rendered == 1 ? "" : "s", figures.total_s,
+                figures.trace_and_deposit_s, figures.formation_s, figures.encode_s, figures.write_s);
   return text;
 }
 
@@ -53,11 +53,12 @@ std::string report_text(const Job& job, const RunFigures& figures) {
                   {"voxelise", job.built.voxelise_s},
                   {"plan", job.times.plan_s},
                   {"trace_and_deposit", figures.trace_and_deposit_s},
+                  {"formation", figures.formation_s},
                   {"encode", figures.encode_s},
                   {"write", figures.write_s},
                   {"expected_trace_and_deposit", expected_s},
                   {"total", figures.total_s}};
-  j["seconds_are"] = "wall clock; trace_and_deposit, encode and write summed over views";
+  j["seconds_are"] = "wall clock; trace_and_deposit, formation, encode and write summed over views";
   j["memory_bytes"] = {{"expected", job.memory_bytes}, {"peak", peak_memory_bytes()}};
   return j.dump(2) + "\n";
 }

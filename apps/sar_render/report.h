@@ -11,6 +11,7 @@ struct RunFigures {
   std::size_t n_reused = 0;  ///< views finished by an earlier run
   std::uint64_t n_hits = 0;
   double trace_and_deposit_s = 0.0;  ///< summed over views
+  double formation_s = 0.0;
   double encode_s = 0.0;
   double write_s = 0.0;
   double total_s = 0.0;  ///< wall clock of the whole program so far

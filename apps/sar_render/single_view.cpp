@@ -85,6 +85,7 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   figures.n_rendered = 1;
   figures.n_hits = products.n_hits;
   figures.trace_and_deposit_s = products.trace_and_deposit_s;
+  figures.formation_s = products.formation_s;
   figures.encode_s = products.encode_s;
   figures.write_s = writing.seconds();
   figures.total_s = total.seconds();

@@ -100,6 +100,7 @@ std::string manifest_of(const Job& job, const Json& recipe, const std::vector<ch
   provenance["program"] = recipe.at("program");
   provenance["recipe"] = "recipe.json";
   provenance["scene"] = recipe.at("request").at("scene");
+  if (job.options.formation.any()) provenance["formation"] = recipe.at("request").at("formation");
   if (dataset.views.size() < job.views.size()) {
     provenance["unfinished"] = std::to_string(dataset.views.size()) + " of " +
                                std::to_string(job.views.size()) +
@@ -138,6 +139,7 @@ RunFigures render_views(const Job& job, const SweepFolder& folder, std::vector<c
     ++figures.n_rendered;
     figures.n_hits += products.n_hits;
     figures.trace_and_deposit_s += products.trace_and_deposit_s;
+    figures.formation_s += products.formation_s;
     figures.encode_s += products.encode_s;
     figures.write_s += write_s;
     monitor.report("views", figures.n_rendered, open.size());

@@ -77,16 +77,16 @@ std::vector<double> noise_power(double nesz_db, const Acquisition& acquisition, 
 
 void validate(const ImageFormation& f, double azimuth_spacing_m, double range_spacing_m) {
   if (!(f.looks >= 1.0) || (f.looks > kMostLooks && f.speckle())) {
-    throw UsageError("looks: expected a number from 1 to 1000, or inf for no speckle, found " +
+    throw UsageError("--looks: expected a number from 1 to 1000, or inf for no speckle, found " +
                      std::to_string(f.looks));
   }
   if (f.nesz_db && !(std::abs(*f.nesz_db) <= kMostNoiseDb)) {
-    throw UsageError("noise-equivalent sigma0: expected decibels between -300 and 300, found " +
+    throw UsageError("--nesz: expected decibels between -300 and 300, found " +
                      std::to_string(*f.nesz_db));
   }
   if (!f.resolution_m && f.window != Window{}) {
-    throw UsageError("a window shapes an impulse response: give its resolution too (--resolution), or leave "
-                     "the window " + text_of(f.window) + " out");
+    throw UsageError("--window: a window shapes an impulse response: give its --resolution too, or leave the window " +
+                     text_of(f.window) + " out");
   }
   impulse_response(f, azimuth_spacing_m, range_spacing_m);
 }

@@ -97,7 +97,7 @@ std::vector<std::string> left_out_of_volume(const Scene& scene, const Volume& vo
   }
   lines.push_back("empty voxels, and all behind an optical depth of 20: not sampled");
   add_left_out_rays(plan, lines);
-  lines.push_back("layers, impulse response, speckle, noise: not asked for");
+  lines.push_back("layers: not asked for");
   return lines;
 }
 
@@ -112,7 +112,7 @@ std::vector<std::string> left_out(const Scene& scene, const ViewPlan& plan) {
   }
   if (!media) lines.push_back("volume integration: all matter is opaque, first hits are enough");
   add_left_out_rays(plan, lines);
-  lines.push_back("layers, impulse response, speckle, noise: not asked for");
+  lines.push_back("layers: not asked for");
   return lines;
 }
 

@@ -14,7 +14,7 @@ namespace {
 constexpr double kMostExcessDb = 2.0;
 
 [[noreturn]] void fail(std::string_view text) {
-  throw UsageError("window: expected none, hann, hamming, taylor:DB (such as taylor:-35, or "
+  throw UsageError("--window: expected none, hann, hamming, taylor:DB (such as taylor:-35, or "
                    "taylor:-35,5 with its number of sidelobes) or kaiser:BETA, found '" +
                    std::string(text) + "'");
 }
@@ -49,20 +49,20 @@ Window taylor(std::string_view text, std::string_view parameters) {
   if (comma != std::string_view::npos) {
     const auto nbar = number(parameters.substr(comma + 1));
     if (!nbar || *nbar != std::floor(*nbar) || *nbar < 2.0 || *nbar > 30.0) {
-      throw UsageError("window: expected a whole number of sidelobes from 2 to 30 after the level, as in "
+      throw UsageError("--window: expected a whole number of sidelobes from 2 to 30 after the level, as in "
                        "taylor:-35,5, found '" + std::string(text) + "'");
     }
     window.nbar = static_cast<int>(*nbar);
   }
   if (!(*level >= -100.0 && *level <= -14.0)) {
-    throw UsageError("window: expected a sidelobe level of -100 to -14 dB (no window has -13.3 dB), found '" +
+    throw UsageError("--window: expected a sidelobe level of -100 to -14 dB (no window has -13.3 dB), found '" +
                      std::string(text) + "'");
   }
   const double reached_db = Taper(window).peak_sidelobe_db();
   if (becomes_negative(window) || reached_db > *level + kMostExcessDb) {
     char reached[32];
     std::snprintf(reached, sizeof reached, "%.1f", reached_db);
-    throw UsageError("window: " + text_of(window) + " has too few sidelobes for its level: it reaches " +
+    throw UsageError("--window: " + text_of(window) + " has too few sidelobes for its level: it reaches " +
                      reached + " dB; give it more, as in taylor:" + shortest(*level) + "," +
                      std::to_string(window.nbar + 2));
   }
@@ -84,7 +84,7 @@ Window window_from_text(std::string_view text) {
     const auto beta = number(text.substr(7));
     if (!beta) fail(text);
     if (!(*beta >= 0.0 && *beta <= 50.0)) {
-      throw UsageError("window: expected a beta from 0 to 50, as in kaiser:6, found '" + std::string(text) +
+      throw UsageError("--window: expected a beta from 0 to 50, as in kaiser:6, found '" + std::string(text) +
                        "'");
     }
     window.kind = Window::Kind::kaiser;

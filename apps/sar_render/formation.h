@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "options.h"
+#include "recipe.h"
+#include "sarnerf/core/image.h"
+
+namespace sarnerf::app {
+
+/// Pixels rendered on every side of the image and cut off after its formation, so that its borders
+/// receive what leaks into them from beyond.
+struct Border {
+  int azimuth = 0;
+  int range = 0;
+};
+
+/// Wide enough for all but 1 % of the impulse response's energy, at most one image on each side. The size
+/// must be decided. Zero without an impulse response.
+Border border_of(const Options& options);
+
+/// The same view of a wider image: both are centred on the aim point, so rows and bins coincide.
+Acquisition widened(Acquisition acquisition, const Border& border);
+
+Image<float> without_border(Image<float> image, const Border& border);
+
+/// Bytes that forming this view's image takes beside the image.
+std::uint64_t formation_memory_bytes(const ImageFormation& formation, const Acquisition& acquisition);
+
+/// What the user asked for, for recipes and provenance: only what is on.
+Json formation_request(const ImageFormation& formation);
+
+/// What follows from it: bandwidth, sidelobes, taps.
+Json formation_resolved(const Options& options, const Border& border);
+
+/// What is done, for --explain, a line each; and what is left out, empty if nothing.
+std::vector<std::string> formation_lines(const Options& options, const Border& border);
+std::string formation_left_out(const ImageFormation& formation);
+
+}  // namespace sarnerf::app
