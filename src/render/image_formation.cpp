@@ -73,9 +73,8 @@ std::vector<double> noise_power(double nesz_db, const Acquisition& acquisition, 
   return power;
 }
 
-}  // namespace
-
-void validate(const ImageFormation& f, double azimuth_spacing_m, double range_spacing_m) {
+/// All of validate() but the sampling, which making the kernels finds out.
+void require_meaning(const ImageFormation& f) {
   if (!(f.looks >= 1.0) || (f.looks > kMostLooks && f.speckle())) {
     throw UsageError("--looks: expected a number from 1 to 1000, or inf for no speckle, found " +
                      std::to_string(f.looks));
@@ -88,13 +87,23 @@ void validate(const ImageFormation& f, double azimuth_spacing_m, double range_sp
     throw UsageError("--window: a window shapes an impulse response: give its --resolution too, or leave the window " +
                      text_of(f.window) + " out");
   }
-  impulse_response(f, azimuth_spacing_m, range_spacing_m);
+}
+
+}  // namespace
+
+void validate(const ImageFormation& formation, double azimuth_spacing_m, double range_spacing_m) {
+  require_meaning(formation);
+  impulse_response(formation, azimuth_spacing_m, range_spacing_m);
 }
 
 ImpulseResponse impulse_response(const ImageFormation& f, double azimuth_spacing_m, double range_spacing_m) {
   if (!f.resolution_m) return {};
-  return {make_kernel(f.window, f.resolution_m->first, azimuth_spacing_m),
-          make_kernel(f.window, f.resolution_m->second, range_spacing_m)};
+  ImpulseResponse response;
+  response.azimuth = make_kernel(f.window, f.resolution_m->first, azimuth_spacing_m);
+  const bool same = f.resolution_m->first == f.resolution_m->second && azimuth_spacing_m == range_spacing_m;
+  response.range =
+      same ? response.azimuth : make_kernel(f.window, f.resolution_m->second, range_spacing_m);
+  return response;
 }
 
 std::vector<double> look_weights(double looks) {
@@ -117,7 +126,7 @@ int form_image(Image<float>& beta0, const ImageFormation& formation, const Acqui
                      " pixels, found " + std::to_string(beta0.n_azimuth()) + " x " +
                      std::to_string(beta0.n_range()));
   }
-  validate(formation, acquisition.azimuth_spacing_m, acquisition.range_spacing_m);
+  require_meaning(formation);
   const ImpulseResponse response =
       impulse_response(formation, acquisition.azimuth_spacing_m, acquisition.range_spacing_m);
   std::vector<double> noise;
