@@ -16,43 +16,47 @@ class CellWalk {
  public:
   /// Position in units of cells is start + s · step, with s the range offset (m).
   CellWalk(const glm::dvec3& start, const glm::dvec3& step, double s) : start_(start), step_(step) {
-    cell_ = glm::ivec3(glm::floor(start_ + s * step_));
+    cell_ = whole_below(start_ + s * step_);
     for (int axis = 0; axis < 3; ++axis) {
-      inverse_[axis] = step_[axis] != 0.0 ? 1.0 / step_[axis] : 0.0;
+      // A ray that runs along the faces of cells never leaves through them.
+      if (step_[axis] == 0.0) step_[axis] = 1e-30;
+      inverse_[axis] = 1.0 / step_[axis];
+      forward_[axis] = step_[axis] > 0.0 ? 1 : 0;
     }
   }
 
   const glm::ivec3& cell() const { return cell_; }
 
-  /// Leaves the cube of `side` cells (a power of two) that holds the present one; returns s there.
+  /// Leaves the cube of `side` cells (a power of two) that holds the present one; returns s there. Free of
+  /// branches where it can be: which side comes next is as good as random.
   double leave(int side) {
     const glm::ivec3 low = cell_ & glm::ivec3(-side);
-    double exit = std::numeric_limits<double>::infinity();
-    int through = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (step_[axis] == 0.0) continue;
-      const int border = step_[axis] > 0.0 ? low[axis] + side : low[axis];
-      const double s = (border - start_[axis]) * inverse_[axis];
-      if (s < exit) {
-        exit = s;
-        through = axis;
-      }
+    const glm::dvec3 border(low + side * forward_);
+    const glm::dvec3 exit = (border - start_) * inverse_;
+    const bool x_before_y = exit.x < exit.y;
+    const double first_two = x_before_y ? exit.x : exit.y;
+    const bool z_first = exit.z < first_two;
+    const int through = z_first ? 2 : x_before_y ? 0 : 1;
+    const double s = z_first ? exit.z : first_two;
+    if (side > 1) {
+      cell_ = glm::clamp(whole_below(start_ + s * step_), low, low + (side - 1));
     }
-    const glm::dvec3 at = start_ + exit * step_;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (axis == through) {
-        cell_[axis] = step_[axis] > 0.0 ? low[axis] + side : low[axis] - 1;
-      } else if (side > 1) {
-        cell_[axis] = std::clamp(static_cast<int>(std::floor(at[axis])), low[axis],
-                                  low[axis] + side - 1);
-      }
-    }
-    return exit;
+    cell_[through] = low[through] + (forward_[through] != 0 ? side : -1);
+    return s;
   }
 
  private:
+  /// Floor without a call into the mathematical library, which the baseline instruction set would need.
+  static glm::ivec3 whole_below(const glm::dvec3& at) {
+    constexpr double kLift = 4294967296.0;  // more than any index
+    const auto below = [](double v) {
+      return static_cast<int>(static_cast<std::int64_t>(v + kLift) - static_cast<std::int64_t>(kLift));
+    };
+    return {below(at.x), below(at.y), below(at.z)};
+  }
+
   glm::dvec3 start_, step_, inverse_;
-  glm::ivec3 cell_;
+  glm::ivec3 cell_, forward_;
 };
 
 }  // namespace
@@ -61,6 +65,7 @@ void BatchField::clear() {
   extinction_per_m.clear();
   extinction_back_per_m.clear();
   source.clear();
+  near_bin.clear();
 }
 
 SourceForm source_form(SourceBasis basis) {
@@ -98,6 +103,7 @@ double VolumeMarcher::append(const Line& line, const RangeInterval& run, Cuts& c
     const double end_m = std::min({cuts.next_m, near_m + longest_m_, last_m});
     batch.bin.push_back(cuts.bin < 0.0 ? kNoBin : static_cast<std::uint32_t>(cuts.bin));
     batch.length_m.push_back(static_cast<float>(end_m - near_m));
+    field.near_bin.push_back(cuts.coordinate(near_m));
     batch.point_m.emplace_back(line.start_m + (0.5 * (near_m + end_m)) * line.direction);
     if (end_m == cuts.next_m) cuts.next_m = cuts.border_m(++cuts.bin + 1.0);
     near_m = end_m;

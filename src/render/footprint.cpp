@@ -31,9 +31,11 @@ void SliceEmission::assign(std::size_t n_rays) {
 
 SegmentEmission segment_emission(double first_bin, double length, double depth) {
   // ∫ s e^(−xs/ℓ) ds / ∫ e^(−xs/ℓ) ds over the segment, in lengths.
-  const double mean = depth < 1e-3 ? 0.5 - depth / 12.0
-                      : depth < 500.0 ? 1.0 / depth - 1.0 / std::expm1(depth)
-                                      : 1.0 / depth;
+  double mean = 0.5 - depth / 12.0;
+  if (depth > 0.01) {
+    mean = 1.0 / depth;
+    if (depth < 30.0) mean -= 1.0 / (static_cast<double>(std::exp(static_cast<float>(depth))) - 1.0);
+  }
   return {first_bin + mean * length, 2.0 * mean * length};
 }
 

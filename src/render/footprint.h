@@ -20,8 +20,8 @@ struct SliceEmission {
 
 /// Where, on range, one segment of a ray emits.
 struct SegmentEmission {
-  double bin;    ///< mean, in bin coordinates
-  double width;  ///< of the box that stands for it
+  double bin = 0.0;    ///< mean, in bin coordinates
+  double width = 0.0;  ///< of the box that stands for it
 };
 
 /// Mean position and width of what a segment of two-way depth x emits: near its front if it is opaque,

@@ -21,7 +21,7 @@ struct Density {
   double seconds_per_ray;  ///< tracing and deposit, on one thread of a 2.5 GHz server core (sar_bench speed)
 };
 constexpr Density kSurfaceDensity{0.25, 8, 60e-9};
-constexpr Density kVoxelDensity{0.7, 4, 1000e-9};
+constexpr Density kVoxelDensity{1.0, 2, 1000e-9};
 
 template <class... Arguments>
 std::string format(const char* pattern, Arguments... arguments) {
@@ -179,12 +179,12 @@ ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sam
 
 ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisition& acquisition,
                          const Sampling& sampling) {
-  // Rays a voxel apart see what the voxels have.
+  // Rays and slices a voxel apart see what the voxels have.
   Density density = kVoxelDensity;
   const double finer_m = std::min(acquisition.range_spacing_m, acquisition.azimuth_spacing_m);
   density.ray_spacing_in_pixels =
       std::min(density.ray_spacing_in_pixels, volume.grid.transform().voxel_size_m / finer_m);
-  const double slices = std::ceil(0.5 * acquisition.azimuth_spacing_m / volume.grid.transform().voxel_size_m);
+  const double slices = std::ceil(acquisition.azimuth_spacing_m / volume.grid.transform().voxel_size_m);
   density.n_sub_rows = std::max(density.n_sub_rows, static_cast<int>(std::min(slices, 64.0)));
   ViewPlan plan = plan_rays(scene, acquisition, sampling, density);
   if (plan.fan.n_elevation > 0) plan.left_out = left_out_of_volume(scene, volume, plan);

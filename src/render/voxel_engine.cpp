@@ -29,6 +29,9 @@ namespace {
 /// Longest segment, in voxels: the field is linear over less than that.
 constexpr double kLongestSegment = 1.0;
 
+/// Segments that emit less than this part of what lies before them on their ray are left out.
+constexpr double kLeastPart = 1e-7;
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -72,6 +75,7 @@ struct Worker {
   std::array<SliceEmission, RayTracer::kRowsPerBlock> emission;
   std::vector<bool> consecutive;  ///< packed rays n and n + 1 are neighbours
   std::vector<double> contributions, bins, ground_bins;
+  std::vector<SegmentEmission> emitted;  ///< per segment
   std::uint64_t n_hits = 0;
 };
 
@@ -208,22 +212,17 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
 
   const double bins_per_m = 1.0 / a.range_spacing_m;
   const bool two_extinctions = state.volume.channels.two_extinctions;
-  // Bin coordinate at which a segment begins, from where its centre lies.
-  const auto segment = [&](const Worker& w, std::size_t s, std::size_t ray) {
-    const double length_m = w.batch.length_m[s];
-    const double depth = length_m * (double(w.field.extinction_per_m[s]) +
-                                     double(two_extinctions ? w.field.extinction_back_per_m[s]
-                                                            : w.field.extinction_per_m[s]));
-    const int k = static_cast<int>(w.batch.ray_elevation[ray]);
-    const glm::dvec3 beyond_aim = glm::dvec3(w.batch.point_m[s]) - rays.grid.offset_m(k);
-    const double middle = rays.bin_coordinate(glm::dot(beyond_aim, rays.grid.direction(k)));
-    const double length = length_m * bins_per_m;
-    return segment_emission(middle - 0.5 * length, length, depth);
+  const auto emission_of_segment = [&](const Worker& w, std::size_t q) {
+    const double length_m = w.batch.length_m[q];
+    const double forth = w.field.extinction_per_m[q];
+    const double back = two_extinctions ? double(w.field.extinction_back_per_m[q]) : forth;
+    return segment_emission(w.field.near_bin[q], length_m * bins_per_m, length_m * (forth + back));
   };
 
   // Places what a block of slices emits on the row's bins.
   const auto deposit_block = [&](std::size_t n_slices, std::size_t n_rays, Worker& w) {
     w.contributions.resize(w.batch.n_segments());
+    w.emitted.resize(w.batch.n_segments());
     contributions(spans(w.batch), samples(w.field, state.volume.channels.basis), plan.integrator,
                   w.contributions);
     for (std::size_t s = 0; s < n_slices; ++s) {
@@ -234,9 +233,10 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
         double mass = 0.0, moment = 0.0;
         for (std::size_t q = w.batch.ray_begin[ray]; q < w.batch.ray_begin[ray + 1]; ++q) {
           const double c = w.contributions[q];
-          if (!(c > 0.0)) continue;
+          if (!(c > kLeastPart * mass)) continue;
+          w.emitted[q] = emission_of_segment(w, q);
           mass += c;
-          moment += c * segment(w, q, ray).bin;
+          moment += c * w.emitted[q].bin;
         }
         emission.mass[n] = mass;
         emission.centroid[n] = mass > 0.0 ? moment / mass : 0.0;
@@ -247,14 +247,16 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
       const SliceEmission& emission = w.emission[s];
       for (std::size_t n = 0; n < n_rays; ++n) {
         if (!(emission.mass[n] > 0.0)) continue;
-        const double over_ray = footprints.over_ray(s, n);
+        const double half_over_ray = 0.5 * footprints.over_ray(s, n);
         const double over_slice = footprints.over_slice(s, n);
         const std::uint32_t ray = emission.batch_ray[n];
+        double mass = 0.0;
         for (std::size_t q = w.batch.ray_begin[ray]; q < w.batch.ray_begin[ray + 1]; ++q) {
           const double c = w.contributions[q];
-          if (!(c > 1e-9 * emission.mass[n])) continue;
-          const SegmentEmission at = segment(w, q, ray);
-          deposit_trapezoid(w.bins, at.bin - 0.5 * over_ray, at.bin + 0.5 * over_ray,
+          if (!(c > kLeastPart * mass)) continue;
+          mass += c;
+          const SegmentEmission& at = w.emitted[q];
+          deposit_trapezoid(w.bins, at.bin - half_over_ray, at.bin + half_over_ray,
                             over_slice + at.width, c);
         }
       }

@@ -10,7 +10,8 @@ allowed() {
   case $1 in
     core) ;;
     geometry | field) echo core ;;
-    mpa | dataset) echo core geometry ;;
+    mpa) echo core geometry field ;;
+    dataset) echo core geometry ;;
     scene) echo core geometry field ;;
     trace) echo core geometry field mpa ;;
     render) echo core geometry field mpa scene trace ;;

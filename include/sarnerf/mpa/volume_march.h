@@ -20,6 +20,7 @@ struct BatchField {
   std::vector<float> extinction_per_m;
   std::vector<float> extinction_back_per_m;  ///< empty unless the field has it
   std::vector<float> source;
+  std::vector<double> near_bin;  ///< bin coordinate at which the segment begins; bin j covers [j, j + 1)
 
   void clear();
 };
@@ -55,6 +56,7 @@ class VolumeMarcher {
     double spacing_m, n_bins;
     double bin = 0.0, next_m = -std::numeric_limits<double>::infinity();
 
+    double coordinate(double s_m) const { return s_m / spacing_m + 0.5 * n_bins; }
     double border_m(double j) const { return (j - 0.5 * n_bins) * spacing_m; }
     void begin_at(double s_m);
   };
