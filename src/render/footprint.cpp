@@ -15,10 +15,14 @@ constexpr double kLeastMass = 1e-2;
 /// two, as they do on a steep surface; else the neighbours see other surfaces.
 constexpr double kLongestLoneStep = 1.0;
 
-double smaller_step(double before, double behind) {
-  const double least = std::min(before, behind), most = std::max(before, behind);
-  if (least <= kLongestLoneStep) return least;
-  return most <= 2.0 * least && most != kUnknown ? least : 0.0;
+RangeSpan span_of_steps(double before, double behind) {
+  const double least = std::min(std::abs(before), std::abs(behind));
+  const double most = std::max(std::abs(before), std::abs(behind));
+  if (least == kUnknown) return {};
+  if (before * behind < 0.0 && most <= 2.0 * least) {
+    return {0.5 * std::min(before, behind), 0.5 * std::max(before, behind)};
+  }
+  return least <= kLongestLoneStep ? RangeSpan{-0.5 * least, 0.5 * least} : RangeSpan{};
 }
 
 }  // namespace
@@ -43,20 +47,21 @@ double Footprints::step(std::size_t s, std::size_t n, std::size_t other_s,
                         std::size_t other_n) const {
   const double own = slices_[s].mass[n], other = slices_[other_s].mass[other_n];
   if (!(other > kLeastMass * own)) return kUnknown;
-  return std::abs(slices_[s].centroid[n] - slices_[other_s].centroid[other_n]);
+  return slices_[other_s].centroid[other_n] - slices_[s].centroid[n];
 }
 
-double Footprints::over_ray(std::size_t s, std::size_t n) const {
+RangeSpan Footprints::over_ray(std::size_t s, std::size_t n) const {
   const std::size_t last = slices_[s].mass.size() - 1;
   const double before = n > 0 && consecutive_[n - 1] ? step(s, n, s, n - 1) : kUnknown;
   const double behind = n < last && consecutive_[n] ? step(s, n, s, n + 1) : kUnknown;
-  return smaller_step(before, behind);
+  return span_of_steps(before, behind);
 }
 
 double Footprints::over_slice(std::size_t s, std::size_t n) const {
   const double before = s > 0 ? step(s, n, s - 1, n) : kUnknown;
   const double behind = s + 1 < slices_.size() ? step(s, n, s + 1, n) : kUnknown;
-  return smaller_step(before, behind);
+  const RangeSpan span = span_of_steps(before, behind);
+  return span.last - span.first;
 }
 
 }  // namespace sarnerf

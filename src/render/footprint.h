@@ -28,22 +28,28 @@ struct SegmentEmission {
 /// anywhere in it if it is thin. `first_bin`: bin coordinate of its near end, `length`: in bins.
 SegmentEmission segment_emission(double first_bin, double length, double depth);
 
+/// Range (bins) that a ray stands for, relative to the centroid of what it emits.
+struct RangeSpan {
+  double first = 0.0, last = 0.0;
+};
+
 /// Places what rays emit on range bins. A ray stands for its step of angle and its slice's width: what it
-/// emits is spread over the range by which its centroid moves over that step, judged by its neighbours on
-/// the side where it moves less. So a continuous surface gives a continuous image with few rays; where the
-/// neighbours see something else, nothing is smeared.
+/// emits is spread over the range half-way to the centroids of its neighbours, so that on a continuous
+/// surface rays meet without gap or overlap, however few they are. Where a neighbour sees something else,
+/// the other one decides; where both do, nothing is spread.
 class Footprints {
  public:
   /// `consecutive[n]`: whether the packed rays n and n + 1 are neighbours.
   Footprints(std::span<const SliceEmission> slices, const std::vector<bool>& consecutive)
       : slices_(slices), consecutive_(consecutive) {}
 
-  /// Range (bins) by which the centroid of packed ray n of slice s moves over a step of k.
-  double over_ray(std::size_t s, std::size_t n) const;
-  /// The same over the slice's width.
+  /// What packed ray n of slice s stands for in its step of k.
+  RangeSpan over_ray(std::size_t s, std::size_t n) const;
+  /// Range (bins) by which its centroid moves over the slice's width.
   double over_slice(std::size_t s, std::size_t n) const;
 
  private:
+  /// How far (bins) the other ray's centroid lies beyond this one's; infinite if it says nothing.
   double step(std::size_t s, std::size_t n, std::size_t other_s, std::size_t other_n) const;
 
   std::span<const SliceEmission> slices_;

@@ -27,7 +27,7 @@ namespace sarnerf {
 namespace {
 
 /// Longest segment, in voxels: the field is linear over less than that.
-constexpr double kLongestSegment = 1.0;
+constexpr double kLongestSegment = 0.5;
 
 /// Segments that emit less than this part of what lies before them on their ray are left out.
 constexpr double kLeastPart = 1e-7;
@@ -247,7 +247,7 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
       const SliceEmission& emission = w.emission[s];
       for (std::size_t n = 0; n < n_rays; ++n) {
         if (!(emission.mass[n] > 0.0)) continue;
-        const double half_over_ray = 0.5 * footprints.over_ray(s, n);
+        const RangeSpan over_ray = footprints.over_ray(s, n);
         const double over_slice = footprints.over_slice(s, n);
         const std::uint32_t ray = emission.batch_ray[n];
         double mass = 0.0;
@@ -256,7 +256,7 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
           if (!(c > kLeastPart * mass)) continue;
           mass += c;
           const SegmentEmission& at = w.emitted[q];
-          deposit_trapezoid(w.bins, at.bin - half_over_ray, at.bin + half_over_ray,
+          deposit_trapezoid(w.bins, at.bin + over_ray.first, at.bin + over_ray.last,
                             over_slice + at.width, c);
         }
       }

@@ -40,7 +40,39 @@ struct SurfaceDistance::State {
 
   NearestPoint result(const glm::dvec3& from, const Tree::Point_and_primitive_id& found) const {
     const glm::dvec3 q = vector_of(found.first);
-    return {q, triangle_of_face[found.second], glm::length(from - q)};
+    const double distance = glm::length(from - q);
+    return {q, facing_triangle(from - q, distance, q, triangle_of_face[found.second], found.second),
+            distance};
+  }
+
+  /// On an edge or a corner several triangles are nearest: of these the one that faces the point most, and
+  /// of such the first, so that rounding decides nothing.
+  std::uint32_t facing_triangle(const glm::dvec3& away, double distance, const glm::dvec3& q,
+                                std::uint32_t own, Face face) const {
+    // Perpendicular to its triangle: nearest in the triangle's inside, or as good as that.
+    if (std::abs(glm::dot(away, normal[own])) > (1.0 - 1e-9) * distance) return own;
+    constexpr double kAlike = 1e-6;
+    const double tolerance = 1e-6 * distance;
+    std::uint32_t best = own;
+    double most = std::abs(glm::dot(away, normal[own]));
+    const auto consider = [&](Face other) {
+      if (other == SurfaceMesh::null_face()) return;
+      const std::uint32_t triangle = triangle_of_face[other];
+      const double facing = std::abs(glm::dot(away, normal[triangle]));
+      const bool alike = std::abs(facing - most) <= kAlike * distance;
+      if (alike ? triangle < best : facing > most) best = triangle;
+      if (!alike && facing > most) most = facing;
+    };
+    for (const auto h : surface.halfedges_around_face(surface.halfedge(face))) {
+      const glm::dvec3 a = vector_of(surface.point(surface.source(h)));
+      const glm::dvec3 b = vector_of(surface.point(surface.target(h)));
+      if (glm::length(b - q) <= tolerance) {
+        for (const auto around : surface.halfedges_around_target(h)) consider(surface.face(around));
+      } else if (glm::length(glm::cross(b - a, q - a)) <= tolerance * glm::length(b - a)) {
+        consider(surface.face(surface.opposite(h)));
+      }
+    }
+    return best;
   }
 };
 

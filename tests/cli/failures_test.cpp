@@ -28,7 +28,7 @@ TEST_CASE("usage errors: exit code 2, one line, nothing written") {
       {{"box.obj", "--pitch", "45", "--elevations", "0"}, "--elevations"},
       {{"box.obj", "--pitch", "45", "--sub-rows", "1.5"}, "--sub-rows"},
       {{"box.obj", "--pitch", "45", "--integrator", "best"}, "exact"},
-      {{"box.obj", "--pitch", "45", "--engine", "voxel"}, "surface"},
+      {{"box.obj", "--pitch", "45", "--engine", "quantum"}, "surface"},
       {{"box.obj", "--pitch", "45", "--calibration", "uncalibrated"}, "--calibration"},
       {{"box.obj", "--pitch", "45", "--quantity", "phase"}, "--quantity"},
       {{"box.obj", "--pitch", "45", "--resolution", "0"}, "--resolution"},
