@@ -74,6 +74,9 @@ void run(int argc, char** argv) {
   CLI::App* accuracy = app.add_subcommand(
       "accuracy", "Error against time over elevation rays and sub-rows, each scene");
   add_common(*accuracy, o);
+  CLI::App* voxel = app.add_subcommand(
+      "voxel", "Voxel engine beside the surface engine: time, error and memory over voxel sizes");
+  add_common(*voxel, o);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {
@@ -87,6 +90,8 @@ void run(int argc, char** argv) {
   nlohmann::json result;
   if (speed->parsed()) {
     result = run_speed(o);
+  } else if (voxel->parsed()) {
+    result = {{"environment", sarnerf::bench::environment()}, {"voxel", sarnerf::bench::study_voxel(o.study)}};
   } else {
     result = {{"environment", sarnerf::bench::environment()},
               {"accuracy", sarnerf::bench::study_accuracy(o.study)}};

@@ -41,6 +41,10 @@ nlohmann::json study_integrators(const StudyOptions& options);
 /// Error against time over elevation rays and sub-rows, for each scene, against a converged reference.
 nlohmann::json study_accuracy(const StudyOptions& options);
 
+/// The voxel engine beside the surface engine: time, error, voxels and memory at one bin to an eighth, slope
+/// of the error, the dense march of the same rays, and what doubling the empty space changes. One thread.
+nlohmann::json study_voxel(const StudyOptions& options);
+
 /// Machine, compiler, revision, threads: printed with every result.
 nlohmann::json environment();
 

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "sarnerf/core/metrics.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/mpa/volume_march.h"
+#include "sarnerf/render/surface_engine.h"
+#include "sarnerf/render/voxel_engine.h"
+#include "sarnerf/scene/voxelise.h"
+#include "studies.h"
+#include "timing.h"
+#include "view.h"
+#include "visible_extent.h"
+
+namespace sarnerf::bench {
+namespace {
+
+struct Voxels {
+  Volume volume;
+  double voxelise_s = 0.0, to_volume_s = 0.0;
+};
+
+Voxels make_voxels(const Scene& scene, double voxel_size_m) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds = [](Clock::time_point a, Clock::time_point b) {
+    return std::chrono::duration<double>(b - a).count();
+  };
+  VoxeliseOptions options;
+  options.voxel_size_m = voxel_size_m;
+  const auto start = Clock::now();
+  const VdbScene grids = voxelise(scene, options);
+  const auto made = Clock::now();
+  Voxels voxels{to_volume(grids), seconds(start, made), 0.0};
+  voxels.to_volume_s = seconds(made, Clock::now());
+  return voxels;
+}
+
+/// The march that knows nothing: every ray of the plan that meets the volume's box is sampled all the way
+/// through it, at the engine's step.
+class DenseMarch {
+ public:
+  DenseMarch(const Volume& volume, const ViewPlan& plan)
+      : plan_(plan), rays_(plan.acquisition, plan.fan), grid_(volume.grid.view()),
+        channels_(volume.channels), box_(volume.support_m), extent_(plan.acquisition, volume.support_m) {
+    grid_.transform.origin_m -= plan.acquisition.aim_m;
+    box_ = {box_.min - plan.acquisition.aim_m, box_.max - plan.acquisition.aim_m};
+  }
+
+  /// Rays of every `stride`th row; returns how many.
+  std::size_t march(int stride) {
+    const Acquisition& a = plan_.acquisition;
+    const double slice_m = a.azimuth_spacing_m / plan_.n_sub_rows;
+    std::vector<double> pixels(static_cast<std::size_t>(a.n_range));
+    std::size_t n_rays = 0;
+    for (int i = 0; i < a.n_azimuth; i += stride) {
+      for (int s = 0; s < plan_.n_sub_rows; ++s) {
+        const double along_m = a.row_offset_m(i - 0.5) + (s + 0.5) * slice_m;
+        const RayRange kept = rays_inside(plan_.fan, extent_.angles(along_m, along_m));
+        batch_.clear();
+        for (int k = kept.first; k < kept.first + kept.count; ++k) {
+          begin_ray(batch_, rays_, 0, k);
+          append_segments(batch_, rays_, along_m, k, clip_to_box(rays_, along_m, k, box_),
+                          0.5 * grid_.transform.voxel_size_m);
+        }
+        n_rays += batch_.n_rays();
+        const std::size_t n = batch_.n_segments();
+        field_.extinction_per_m.resize(n);
+        field_.source.resize(n);
+        if (channels_.two_extinctions) field_.extinction_back_per_m.resize(n);
+        sample_field(grid_, channels_, batch_.point_m, {batch_.ray_begin, batch_.ray_direction},
+                     {field_.extinction_per_m, field_.extinction_back_per_m, field_.source});
+        integrate(spans(batch_), samples(field_, channels_.basis), plan_.integrator, a.n_range, pixels);
+      }
+    }
+    return n_rays;
+  }
+
+ private:
+  const ViewPlan& plan_;
+  RayGrid rays_;
+  BrickView<const float> grid_;
+  FieldChannels channels_;
+  Box box_;
+  VisibleExtent extent_;
+  SampleBatch batch_;
+  BatchField field_;
+};
+
+/// The scene and a copy of it at a distance along the image's rows' direction.
+Scene twice(const Scene& scene, const glm::dvec3& shift_m) {
+  Scene both = scene;
+  const auto n_vertices = static_cast<std::uint32_t>(scene.mesh.vertices_m.size());
+  const auto n_pieces = static_cast<std::uint32_t>(scene.pieces.size());
+  for (const glm::dvec3& v : scene.mesh.vertices_m) {
+    both.mesh.vertices_m.push_back(v + shift_m);
+    both.box.include(v + shift_m);
+  }
+  for (std::size_t t = 0; t < scene.mesh.triangles.size(); ++t) {
+    both.mesh.triangles.push_back(scene.mesh.triangles[t] + n_vertices);
+    both.mesh.material.push_back(scene.mesh.material[t]);
+    both.mesh.piece.push_back(scene.mesh.piece[t] + n_pieces);
+    both.mesh.group.push_back(scene.mesh.group[t]);
+  }
+  both.pieces.insert(both.pieces.end(), scene.pieces.begin(), scene.pieces.end());
+  return both;
+}
+
+nlohmann::json empty_space(const Scene& scene, const StudyOptions& options) {
+  const double apart_m = 2.0 * scene.box.size().z;
+  const double voxel_m = options.spacing_m;
+  const Scene near = twice(scene, {0.0, 0.0, apart_m}), far = twice(scene, {0.0, 0.0, 2.0 * apart_m + scene.box.size().z});
+  const VoxelEngine near_engine(near, make_voxels(near, voxel_m).volume);
+  const VoxelEngine far_engine(far, make_voxels(far, voxel_m).volume);
+  // One image that holds both.
+  const auto view_of = [&](const Scene& both) {
+    Acquisition view = standard_view(both, options);
+    view.azimuth_rad = 0.0;
+    view.n_range = static_cast<int>(std::ceil(far.box.size().z / options.spacing_m)) + 64;
+    return view;
+  };
+  const ViewPlan near_plan = near_engine.plan(view_of(near), {}), far_plan = far_engine.plan(view_of(far), {});
+  const auto times = run_in_turn(
+      {[&] { far_engine.render(far_plan); }, [&] { near_engine.render(near_plan); }}, options.rounds);
+  return {{"box_volume_ratio", (far.box.size().z) / (near.box.size().z)},
+          {"time_ratio", ratio_json(times[0], times[1])},
+          {"memory_ratio", double(far_engine.memory_bytes()) / double(near_engine.memory_bytes())}};
+}
+
+}  // namespace
+
+nlohmann::json study_voxel(const StudyOptions& options) {
+  const ThreadLimit one_thread(1);
+  nlohmann::json results = nlohmann::json::array();
+  for (const NamedScene& named : load_scenes(options)) {
+    const SurfaceEngine surface(named.scene);
+    const Acquisition view = standard_view(named.scene, options);
+    const ViewPlan surface_plan = surface.plan(view, {});
+    Sampling converged;
+    converged.n_elevation = 8 * surface_plan.fan.n_elevation;
+    converged.n_sub_rows = 64;
+    const Image<float> reference = surface.render(surface.plan(view, converged)).beta0;
+
+    nlohmann::json sizes = nlohmann::json::array();
+    double first_error = 0.0, last_error = 0.0, first_s = 0.0, last_s = 0.0, first_voxels = 0.0,
+           last_voxels = 0.0;
+    constexpr double kBins[] = {1.0, 0.5, 0.25, 0.125};
+    for (const double bins : kBins) {
+      Voxels voxels = make_voxels(named.scene, bins * options.spacing_m);
+      const auto n_voxels = static_cast<double>(voxels.volume.n_occupied_voxels);
+      const Volume kept = voxels.volume;
+      const VoxelEngine engine(named.scene, std::move(voxels.volume));
+      const ViewPlan plan = engine.plan(view, {});
+      RenderedView rendered;
+      const auto times = run_in_turn({[&] { rendered = engine.render(plan); },
+                                      [&] { surface.render(surface_plan); }},
+                                     options.rounds);
+      nlohmann::json entry{{"voxel_bins", bins},
+                           {"occupied_voxels", n_voxels},
+                           {"voxelise_s", voxels.voxelise_s},
+                           {"to_volume_s", voxels.to_volume_s},
+                           {"memory_bytes", engine.memory_bytes()},
+                           {"kept_rays", plan.n_kept_rays},
+                           {"view_ms", times[0].median() * 1e3},
+                           {"view_over_surface_view", ratio_json(times[0], times[1])},
+                           {"error", relative_l2_error(rendered.beta0, reference)}};
+      DenseMarch dense(kept, plan);
+      const int stride = bins == 1.0 ? 8 : 32;  // some of the rows stand for all
+      const auto dense_times = run_in_turn({[&] { dense.march(stride); }}, 3);
+      entry["dense_march_over_view"] = dense_times[0].median() * stride / times[0].median();
+      last_error = relative_l2_error(rendered.beta0, reference);
+      last_s = voxels.voxelise_s + voxels.to_volume_s;
+      last_voxels = n_voxels;
+      if (bins == kBins[0]) {
+        first_error = last_error;
+        first_s = last_s;
+        first_voxels = last_voxels;
+      }
+      sizes.push_back(std::move(entry));
+    }
+    results.push_back({{"scene", named.name},
+                       {"sizes", sizes},
+                       {"error_slope", std::log(first_error / last_error) / std::log(kBins[0] / kBins[3])},
+                       {"voxelising_exponent", std::log(last_s / first_s) / std::log(last_voxels / first_voxels)},
+                       {"empty_space_doubled", empty_space(named.scene, options)}});
+  }
+  return results;
+}
+
+}  // namespace sarnerf::bench
