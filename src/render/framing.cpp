@@ -23,14 +23,14 @@ struct ImageExtent {
   double along_m = 0.0;  ///< largest |a|
   double near_m = 0.0;   ///< smallest range offset: the tip of the layover
   double far_m = 0.0;    ///< largest range offset of matter
-  double shadow_m = 0.0; ///< largest range offset of shadow on the reference plane
+  double shadow_m = 0.0;  ///< largest range offset of shadow on the reference plane
 };
 
 ImageExtent extent_in_image(const Box& box, double reference_m, const Acquisition& a) {
   const RadarFrame frame = radar_frame(a);
   const double height_of_radar = a.altitude_m() + a.aim_m.y - reference_m;
   ImageExtent extent{0.0, std::numeric_limits<double>::infinity(),
-                     -std::numeric_limits<double>::infinity(), 0.0};
+                     -std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const glm::dvec3& corner : box.corners()) {
     const RadarPoint p = project(a, frame, corner);
     extent.along_m = std::max(extent.along_m, std::abs(p.along_track_m));
@@ -70,12 +70,14 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   if (scene.box.empty()) {
     return {128, 128, "128 x 128 pixels: a ground alone has no extent to fit"};
   }
-  double half_along = 0.0, half_range = 0.0, layover = 0.0;
+  double half_along = 0.0, half_range = 0.0;
+  double near_m = std::numeric_limits<double>::infinity(), far_m = -near_m;
   for (const Acquisition& view : views) {
     const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
     half_along = std::max(half_along, e.along_m);
     half_range = std::max({half_range, -e.near_m, e.far_m, e.shadow_m});
-    layover = std::max(layover, -e.near_m);
+    near_m = std::min(near_m, e.near_m);
+    far_m = std::max({far_m, e.far_m, e.shadow_m});
   }
   const Acquisition& first = views.front();
   Framing framing;
@@ -85,8 +87,9 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   char text[320];
   std::snprintf(text, sizeof text,
                 "%d x %d pixels (azimuth x range): fits the scene of %.4g x %.4g x %.4g m, its layover "
-                "(from %.4g m before the aim point) and its shadow (%.4g m beyond it%s)",
-                framing.n_azimuth, framing.n_range, size.x, size.y, size.z, layover, half_range,
+                "(from %.4g m %s the aim point) and its shadow (to %.4g m %s it%s)",
+                framing.n_azimuth, framing.n_range, size.x, size.y, size.z, std::abs(near_m),
+                near_m <= 0.0 ? "before" : "beyond", std::abs(far_m), far_m >= 0.0 ? "beyond" : "before",
                 views.size() > 1 ? ", all views" : "");
   framing.explanation = text;
   return framing;
