@@ -21,6 +21,7 @@ void run(const Options& options, Console& console) {
   const Json request = request_of(options);
   if (!options.dry_run) {
     options.sweep() ? check_sweep(options, request) : check_single_view(options, request);
+    require_volume_place(options);
   }
   Job job = prepare(options, console, monitor);
   if (options.dry_run) {

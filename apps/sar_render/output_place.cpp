@@ -5,6 +5,7 @@
 
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/dataset/manifest.h"
 
 namespace sarnerf::app {
 namespace {
@@ -18,6 +19,10 @@ std::filesystem::path image_base(const Options& options) {
   std::filesystem::path base = options.output.empty() ? default_name(options) : options.output;
   std::error_code ignored;
   if (!base.has_filename() || std::filesystem::is_directory(base, ignored)) {
+    if (std::filesystem::exists(base / kManifestName, ignored)) {
+      throw UsageError(base.string() + " is the dataset of a sweep, and this is a single view; choose "
+                                       "another name (-o)");
+    }
     return base / default_name(options);
   }
   for (const char* ending : {".tif", ".tiff", ".png", ".json"}) {
@@ -57,6 +62,18 @@ void require_possible(const std::filesystem::path& folder) {
     existing = existing.parent_path();
   }
   require_writable(existing);
+}
+
+void require_volume_place(const Options& options) {
+  const std::filesystem::path& place = options.save_volume;
+  if (place.empty()) return;
+  refuse_input(place, options);
+  std::error_code ignored;
+  if (!options.overwrite && std::filesystem::exists(place, ignored)) {
+    throw UsageError("--save-volume: " + place.string() +
+                     " exists; choose another name or allow --overwrite");
+  }
+  require_possible(place.has_parent_path() ? place.parent_path() : std::filesystem::path("."));
 }
 
 void refuse_input(const std::filesystem::path& output, const Options& options) {

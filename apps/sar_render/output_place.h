@@ -24,6 +24,9 @@ std::string output_text(const Options& options);
 /// Throws Error unless the folder can be written to, or created. Creates nothing.
 void require_possible(const std::filesystem::path& folder);
 
+/// Throws UsageError where --save-volume would replace something, before any work.
+void require_volume_place(const Options& options);
+
 /// Throws UsageError when a file to be written is one of the inputs.
 void refuse_input(const std::filesystem::path& output, const Options& options);
 
