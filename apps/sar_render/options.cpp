@@ -54,7 +54,7 @@ void add_options(CommandLine& command, Texts& t) {
   p.add_option("SCENE", t.scene, "Mesh (.obj, .ply, .stl, .off), scene (.json) or volume (.vdb)")
       ->type_name("FILE")->required();
 
-  group = "Views (angles: 45, a list 15,17 or a range 0:350:10 with its end)";
+  group = "Views (angles: 45, a list 15,17 or a range 0:350:10 with its end, if a step meets it)";
   add("--pitch", t.pitch, "DEG", "Incidence at the aim point, from the vertical; 0 < DEG < 90");
   add("--depression", t.depression, "DEG", "The same from the horizontal: 90 - pitch");
   add("--azimuth", t.azimuth, "DEG", "Where the radar stands");

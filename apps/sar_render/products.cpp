@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "products.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "formation.h"
@@ -36,9 +37,12 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   products.trace_and_deposit_s = rendered.trace_and_deposit_s;
   products.warnings = std::move(rendered.warnings);
   const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
-  if (std::string outside = outside_swath_warning(*job.scene, acquisition); !outside.empty()) {
-    products.warnings.push_back(std::move(outside));
-  }
+  // A blank image's explanation speaks of the swath already.
+  const std::string outside = outside_swath_warning(*job.scene, acquisition);
+  const bool said = std::any_of(products.warnings.begin(), products.warnings.end(), [&](const std::string& w) {
+    return w.find(outside) != std::string::npos;
+  });
+  if (!outside.empty() && !said) products.warnings.push_back(outside);
 
   Image<float>& image = rendered.beta0;
   if (job.options.formation.any()) {

@@ -216,7 +216,8 @@ std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, C
                  " views of the same recipe are there, nothing was rendered");
     return result;
   }
-  if (n_before > 0) console.note("continuing: " + progress_text(finished));
+  if (n_before > 0) console.note("continuing: " + std::to_string(n_before) + " of " +
+                                  std::to_string(finished.size()) + " views are there");
 
   RunFigures figures;
   try {

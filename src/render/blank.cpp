@@ -9,7 +9,7 @@ namespace sarnerf {
 
 std::string explain_blank(const Scene& scene, const ViewPlan& plan, const BlankEvidence& evidence) {
   const std::string swath = outside_swath_warning(scene, plan.acquisition);
-  if (!swath.empty() || plan.fan.n_elevation == 0) {
+  if (plan.fan.n_elevation == 0) {
     return "the image is blank: " +
            (swath.empty() ? std::string("no ray meets the scene inside the swath; check --aim and --size") : swath);
   }
@@ -19,6 +19,9 @@ std::string explain_blank(const Scene& scene, const ViewPlan& plan, const BlankE
   if (all_dark) {
     return "the image is blank: every material in use scatters nothing (gamma0 or scattering_per_m is "
            "0); see --materials";
+  }
+  if (!swath.empty()) {
+    return "the image is blank: what it holds is shadow, or turned away from the radar; " + swath;
   }
   if (evidence.n_hits == 0) {
     return "the image is blank: no ray met a triangle; the scene may be smaller than the spacing of "

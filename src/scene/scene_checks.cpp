@@ -10,6 +10,8 @@ namespace {
 constexpr double kFarthest_m = 1e12;
 constexpr double kSmallest_m = 0.05;
 constexpr double kLargest_m = 200'000.0;
+/// Part of the scene's height below the ground from which on the user is told: cellars are less.
+constexpr double kBuried = 1.0 / 3.0;
 
 }  // namespace
 
@@ -35,7 +37,16 @@ void warn_about_size(Scene& scene) {
                                     (diagonal_m < kSmallest_m ? "small" : "large") +
                                     "; set its units with --units or --scale");
   }
-  if (scene.ground && scene.ground->height_m >= scene.box.max.y) {
+  if (!scene.ground) return;
+  const double height_m = scene.box.size().y;
+  const double buried = height_m > 0.0 ? (scene.ground->height_m - scene.box.min.y) / height_m : 0.0;
+  if (buried >= kBuried && buried < 1.0) {
+    scene.report.warnings.push_back(
+        "the ground at " + number_text(scene.ground->height_m) + " m hides the lower " +
+        std::to_string(static_cast<int>(100.0 * buried)) +
+        " % of the scene's height; check --ground-height");
+  }
+  if (scene.ground->height_m >= scene.box.max.y) {
     scene.report.warnings.push_back("the ground at " + number_text(scene.ground->height_m) +
                                     " m lies above the whole scene, whose top is at " +
                                     number_text(scene.box.max.y) + " m, and hides it");
