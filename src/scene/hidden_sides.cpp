@@ -60,9 +60,12 @@ std::vector<HiddenSide> find_hidden_sides(const Scene& scene, const VoxelSurface
       const glm::dvec3 middle = (a + b + c) / 3.0;
       const std::array<glm::dvec3, 4> points{middle, 0.5 * (middle + a), 0.5 * (middle + b),
                                              0.5 * (middle + c)};
+      // One point stands for a triangle that no voxel could resolve.
+      const bool small = glm::length(b - a) + glm::length(c - b) + glm::length(a - c) < 3.0 * voxel_size_m;
+      const std::span<const glm::dvec3> chosen(points.data(), small ? 1 : points.size());
       const double lift_m = 1e-3 * voxel_size_m;
-      const bool front = sees_sky(*opaque, points, normal, lift_m);
-      const bool back = sees_sky(*opaque, points, -normal, lift_m);
+      const bool front = sees_sky(*opaque, chosen, normal, lift_m);
+      const bool back = sees_sky(*opaque, chosen, -normal, lift_m);
       // What nobody sees from either side needs no decision.
       if (front != back) hidden[t] = front ? HiddenSide::back : HiddenSide::front;
     }
