@@ -1,90 +1,123 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
 #include <string>
 
+#include "brick_selection.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
-#include "vdb_grids.h"
+#include "text.h"
 
 namespace sarnerf {
 namespace {
 
-glm::ivec3 coordinates(const openvdb::Coord& c) { return {c.x(), c.y(), c.z()}; }
+/// Memory of a volume before it is made.
+class VolumeBudget {
+ public:
+  VolumeBudget(const VdbScene::Grids& grids, int n_channels, double voxel_size_m, std::uint64_t limit_bytes)
+      // The index, its tiles of 8³ bricks, and the lists of bricks while they are sorted.
+      : bytes_per_brick_(kBrickVoxels * (sizeof(float) * static_cast<std::size_t>(n_channels) +
+                                         (grids.component ? sizeof(Component) : 0)) + 256),
+        n_channels_(n_channels),
+        voxel_size_m_(voxel_size_m),
+        limit_bytes_(limit_bytes) {}
 
-/// Grids whose voxels answer or absorb: where they are, bricks must be.
-std::vector<const openvdb::FloatGrid*> matter(const VdbScene::Grids& grids) {
-  std::vector<const openvdb::FloatGrid*> found;
-  for (const auto& grid : {grids.extinction, grids.extinction_back, grids.scattering}) {
-    if (grid) found.push_back(grid.get());
-  }
-  return found;
-}
-
-/// Calls visit(brick) for each brick that active tiles or leaves of the grid touch.
-template <class Visit>
-void for_each_active_brick(const openvdb::FloatGrid& grid, Visit&& visit) {
-  for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
-    if (!leaf->isEmpty()) visit(brick_of_voxel(coordinates(leaf->origin())));
-  }
-  auto tile = grid.tree().cbeginValueOn();
-  tile.setMaxDepth(openvdb::FloatTree::ValueOnCIter::LEAF_DEPTH - 1);
-  for (; tile; ++tile) {
-    const openvdb::CoordBBox box = tile.getBoundingBox();
-    const glm::ivec3 low = brick_of_voxel(coordinates(box.min()));
-    const glm::ivec3 high = brick_of_voxel(coordinates(box.max()));
-    for (int x = low.x; x <= high.x; ++x) {
-      for (int y = low.y; y <= high.y; ++y) {
-        for (int z = low.z; z <= high.z; ++z) visit(glm::ivec3(x, y, z));
-      }
+  void require(std::uint64_t n_bricks) const {
+    const double needed = double(bytes_per_brick_) * double(n_bricks);
+    if (limit_bytes_ > 0 && needed > double(limit_bytes_)) {
+      // Surfaces shrink with the square of the voxel size, and solids faster.
+      const double fits = voxel_size_m_ * 1.05 * std::sqrt(needed / double(limit_bytes_));
+      throw UsageError("the volume as " + counted(n_bricks, "brick", "bricks") + " of 8 x 8 x 8 voxels with " +
+                       counted(static_cast<std::uint64_t>(n_channels_), "number", "numbers") +
+                       " each needs about " + human_bytes(static_cast<std::uint64_t>(needed)) +
+                       " of memory, but --max-memory allows " + human_bytes(limit_bytes_) +
+                       ", enough with voxels of " + rounded(fits) + " m instead of " +
+                       number_text(voxel_size_m_) + " m; raise it or use larger voxels");
+    }
+    if (n_bricks >= kNoBrick) {
+      throw UsageError("expected fewer than 2^32 bricks of voxels, found " + with_thousands(n_bricks) +
+                       "; use larger voxels");
     }
   }
-}
 
-std::uint64_t count_bricks(const std::vector<const openvdb::FloatGrid*>& grids) {
-  std::uint64_t largest = 0;
-  for (const openvdb::FloatGrid* grid : grids) {
-    const std::uint64_t tiles = grid->activeVoxelCount() / kBrickVoxels;
-    largest = std::max<std::uint64_t>(largest, grid->tree().leafCount() + tiles);
+ private:
+  /// Upwards, to two digits.
+  static std::string rounded(double value) {
+    const double digit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+    return number_text(static_cast<double>(static_cast<float>(std::ceil(value / digit) * digit)));
   }
-  return largest;
-}
 
-/// Copies one grid's values into a brick; `put(offset, value)` with offsets as in the grid's leaves.
-template <class Tree, class Put>
-void copy_brick(openvdb::tree::ValueAccessor<const Tree>& values, const glm::ivec3& brick, Put&& put) {
+  std::uint64_t bytes_per_brick_;
+  int n_channels_;
+  double voxel_size_m_;
+  std::uint64_t limit_bytes_;
+};
+
+/// Calls put(offset, value) for the active voxels of one brick, offsets as in the grid's leaves.
+template <class Accessor, class Put>
+void for_each_value(Accessor& values, const glm::ivec3& brick, Put&& put) {
   const openvdb::Coord origin(brick.x * kBrickSide, brick.y * kBrickSide, brick.z * kBrickSide);
   if (const auto* leaf = values.probeConstLeaf(origin)) {
-    for (openvdb::Index n = 0; n < kBrickVoxels; ++n) {
-      if (leaf->isValueOn(n)) put(n, leaf->getValue(n));
-    }
+    for (auto voxel = leaf->cbeginValueOn(); voxel; ++voxel) put(static_cast<int>(voxel.pos()), *voxel);
     return;
   }
-  typename Tree::ValueType value;
+  typename Accessor::ValueType value;
   if (!values.probeValue(origin, value)) return;  // tiles are at least as large as a brick
-  for (openvdb::Index n = 0; n < kBrickVoxels; ++n) put(n, value);
+  for (int n = 0; n < kBrickVoxels; ++n) put(n, value);
 }
 
-/// Where cells of eight voxels with a value in them reach: one voxel around those occupied.
-Box support_of(const Volume& volume) {
-  const BrickView<const float> view = volume.grid.view();
-  const int first = 0, last = volume.channels.basis == SourceBasis::scattering
-                                  ? volume.channels.count() - 1
-                                  : volume.channels.first_source() - 1;
-  glm::ivec3 low(std::numeric_limits<int>::max()), high(std::numeric_limits<int>::min());
-  for (std::uint32_t brick = 0; brick < volume.grid.topology().n_bricks(); ++brick) {
-    const glm::ivec3 origin = volume.grid.topology().coordinate(brick) * kBrickSide;
-    for (int n = 0; n < kBrickVoxels; ++n) {
-      const float* voxel = view.voxel(brick, n);
-      if (std::none_of(voxel + first, voxel + last + 1, [](float v) { return v > 0.0f; })) continue;
-      const glm::ivec3 at = origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
-      low = glm::min(low, at);
-      high = glm::max(high, at);
+/// Copies grids into bricks [begin, end) of a volume, one grid after the other.
+class BrickFiller {
+ public:
+  BrickFiller(Volume& volume, std::size_t begin, std::size_t end)
+      : volume_(volume), view_(volume.grid.view()), begin_(begin), end_(end) {}
+
+  void fill(const VdbScene::Grids& grids) {
+    copy(grids.extinction, 0);
+    copy(grids.extinction_back, 1);
+    int channel = volume_.channels.first_source();
+    copy(grids.scattering, channel);
+    for (const auto& coefficient : grids.brightness) copy(coefficient, channel++);
+    each(grids.normal, [&](std::uint32_t brick, int n, const openvdb::Vec3s& value) {
+      float* voxel = view_.voxel(brick, n) + channel;
+      for (int axis = 0; axis < 3; ++axis) voxel[axis] = value[axis];
+    });
+    copy(grids.exponent, channel + 3);
+    each(grids.component, [&](std::uint32_t brick, int n, std::int32_t value) {
+      volume_.component[std::size_t{brick} * kBrickVoxels + static_cast<std::size_t>(n)] =
+          static_cast<Component>(value);
+    });
+  }
+
+ private:
+  template <class Pointer, class Put>
+  void each(const Pointer& grid, Put&& put) {
+    if (!grid) return;
+    auto values = grid->getConstAccessor();  // remembers where it was: one for each thread
+    for (std::size_t b = begin_; b < end_; ++b) {
+      const auto brick = static_cast<std::uint32_t>(b);
+      for_each_value(values, volume_.grid.topology().coordinate(brick),
+                     [&](int n, const auto& value) { put(brick, n, value); });
     }
   }
+
+  void copy(const openvdb::FloatGrid::Ptr& grid, int channel) {
+    each(grid, [&](std::uint32_t brick, int n, float value) { view_.voxel(brick, n)[channel] = value; });
+  }
+
+  Volume& volume_;
+  BrickView<float> view_;
+  std::size_t begin_, end_;
+};
+
+/// Cells of eight voxels reach one voxel around those occupied.
+Box support_of(const BrickSelection& selection, const GridTransform& transform) {
   Box box;
-  if (low.x > high.x) return box;
-  box.include(volume.grid.transform().world_from_index(glm::dvec3(low) - 1.0));
-  box.include(volume.grid.transform().world_from_index(glm::dvec3(high) + 1.0));
+  if (selection.n_occupied_voxels == 0) return box;
+  box.include(transform.world_from_index(glm::dvec3(selection.lowest) - 1.0));
+  box.include(transform.world_from_index(glm::dvec3(selection.highest) + 1.0));
   return box;
 }
 
@@ -95,103 +128,41 @@ std::uint64_t Volume::memory_bytes() const {
          component.size() * sizeof(Component);
 }
 
-Volume to_volume(const VdbScene& scene, std::uint64_t max_memory_bytes) {
+Volume to_volume(const VdbScene& scene, std::uint64_t max_memory_bytes, const Monitor& monitor) {
   const VdbScene::Grids& grids = scene.grids();
-  const auto with_matter = matter(grids);
-  if (with_matter.empty()) throw InputError("the volume has neither extinction nor scattering");
+  require_complete(grids);
+  const openvdb::FloatGrid& matter = grids.extinction ? *grids.extinction : *grids.scattering;
+  const GridTransform transform = grid_transform(matter.transform(), "grid " + in_quotes(matter.getName()));
 
   Volume volume;
   volume.channels = {grids.extinction_back != nullptr, grids.harmonics_degree, grids.basis};
-  const auto n_channels = static_cast<std::size_t>(volume.channels.count());
-  const std::uint64_t expected =
-      count_bricks(with_matter) * kBrickVoxels * (n_channels * sizeof(float) + 1) * 5 / 4;
-  if (max_memory_bytes > 0 && expected > max_memory_bytes) {
-    throw UsageError("the volume's voxels need about " + std::to_string(expected >> 20) +
-                     " MiB, more than the " + std::to_string(max_memory_bytes >> 20) +
-                     " MiB allowed; use larger voxels or raise --max-memory");
-  }
-  volume.grid = BrickGrid<float>(
-      grid_transform(with_matter.front()->transform(), with_matter.front()->getName()),
-      volume.channels.count());
+  const VolumeBudget budget(grids, volume.channels.count(), transform.voxel_size_m, max_memory_bytes);
+  budget.require(count_tile_bricks(grids));
+  monitor.check();
+  const BrickSelection selection = select_bricks(grids);
+  budget.require(selection.bricks.size());
 
-  // What surrounds matter belongs to its cells of eight voxels. Attributes reach two voxels beyond matter,
-  // so that their bricks are all that such cells need.
-  BrickTopology wanted;
-  for (const openvdb::FloatGrid* grid : with_matter) {
-    for_each_active_brick(*grid, [&](const glm::ivec3& brick) { wanted.insert(brick); });
-  }
-  if (!grids.brightness.empty()) {
-    const std::uint32_t n_matter = static_cast<std::uint32_t>(wanted.n_bricks());
-    BrickTopology attributes;
-    for_each_active_brick(*grids.brightness.front(),
-                          [&](const glm::ivec3& brick) { attributes.insert(brick); });
-    for (std::uint32_t b = 0; b < attributes.n_bricks(); ++b) {
-      // A brick of attributes alone matters only beside matter.
-      const glm::ivec3 at = attributes.coordinate(b);
-      bool beside = false;
-      for (int n = 0; n < 27 && !beside; ++n) {
-        const std::uint32_t near = wanted.find(at + glm::ivec3(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1));
-        beside = near < n_matter;
-      }
-      if (beside) wanted.insert(at);
-    }
-  }
-  // In the order of space, so that neighbours are neighbours in memory, too, whatever the file's order.
-  std::vector<glm::ivec3> bricks;
-  for (std::uint32_t b = 0; b < wanted.n_bricks(); ++b) bricks.push_back(wanted.coordinate(b));
-  std::sort(bricks.begin(), bricks.end(), [](const glm::ivec3& a, const glm::ivec3& b) {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  });
-  for (const glm::ivec3& brick : bricks) volume.grid.touch_brick(brick);
-  if (grids.component) volume.component.assign(bricks.size() * kBrickVoxels, Component::none);
-
-  const BrickView<float> view = volume.grid.view();
-  const auto fill = [&](std::size_t begin, std::size_t end, int) {
-    // Accessors remember where they were: one each for every worker.
-    const auto copy_floats = [&](const openvdb::FloatGrid::Ptr& grid, int channel) {
-      if (!grid) return;
-      openvdb::tree::ValueAccessor<const openvdb::FloatTree> values(grid->constTree());
-      for (std::size_t b = begin; b < end; ++b) {
-        copy_brick(values, bricks[b], [&](openvdb::Index n, float value) {
-          view.voxel(static_cast<std::uint32_t>(b), static_cast<int>(n))[channel] = value;
-        });
-      }
-    };
-    copy_floats(grids.extinction, 0);
-    copy_floats(grids.extinction_back, 1);
-    int channel = volume.channels.first_source();
-    copy_floats(grids.scattering, channel);
-    for (const auto& coefficient : grids.brightness) copy_floats(coefficient, channel++);
-    if (grids.normal) {
-      openvdb::tree::ValueAccessor<const openvdb::Vec3STree> values(grids.normal->constTree());
-      for (std::size_t b = begin; b < end; ++b) {
-        copy_brick(values, bricks[b], [&](openvdb::Index n, const openvdb::Vec3s& value) {
-          float* voxel = view.voxel(static_cast<std::uint32_t>(b), static_cast<int>(n)) + channel;
-          for (int axis = 0; axis < 3; ++axis) voxel[axis] = value[axis];
-        });
-      }
-      copy_floats(grids.exponent, channel + 3);
-    }
-    if (grids.component) {
-      openvdb::tree::ValueAccessor<const openvdb::Int32Tree> values(grids.component->constTree());
-      for (std::size_t b = begin; b < end; ++b) {
-        copy_brick(values, bricks[b], [&](openvdb::Index n, std::int32_t value) {
-          volume.component[b * kBrickVoxels + n] = static_cast<Component>(std::clamp(value, 0, 4));
-        });
-      }
-    }
-  };
-  parallel_for(bricks.size(), 16, fill);
-
-  for (const openvdb::FloatGrid* grid : with_matter) {
-    volume.n_occupied_voxels = std::max(volume.n_occupied_voxels, grid->activeVoxelCount());
-  }
-  volume.support_m = support_of(volume);
+  volume.grid = BrickGrid<float>(transform, volume.channels.count());
+  volume.grid.reserve_bricks(selection.bricks.size());
+  // In the order of space, whatever the file's, so that neighbours are neighbours in memory, too.
+  for (const glm::ivec3& brick : selection.bricks) volume.grid.touch_brick(brick);
+  const std::size_t n_bricks = selection.bricks.size();
+  if (grids.component) volume.component.assign(n_bricks * kBrickVoxels, Component::none);
+  volume.n_occupied_voxels = selection.n_occupied_voxels;
+  volume.support_m = support_of(selection, transform);
   volume.box_m = scene.scene_box_m;
   if (volume.box_m.empty() && !volume.support_m.empty()) {
-    const double voxel_m = volume.grid.transform().voxel_size_m;
-    volume.box_m = {volume.support_m.min + voxel_m, volume.support_m.max - voxel_m};
+    volume.box_m = {volume.support_m.min + transform.voxel_size_m,
+                    volume.support_m.max - transform.voxel_size_m};
   }
+
+  std::atomic<std::uint64_t> n_done{0};
+  parallel_for(n_bricks, 256, [&](std::size_t begin, std::size_t end, int worker) {
+    monitor.check();
+    BrickFiller(volume, begin, end).fill(grids);
+    const std::uint64_t done = n_done += end - begin;
+    if (worker == 0) monitor.report("filling bricks", done, n_bricks);
+  });
   return volume;
 }
 

@@ -3,6 +3,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include <string>
 #include <vector>
 
 #include "sarnerf/field/field_sampler.h"
@@ -22,10 +23,14 @@ struct VdbScene::Grids {
   openvdb::Vec3SGrid::Ptr normal;                   ///< for SourceBasis::cosine
   openvdb::FloatGrid::Ptr exponent;                 ///< for SourceBasis::cosine
   openvdb::Int32Grid::Ptr component;                ///< optional, as enum Component
+  openvdb::MetaMap metadata;  ///< of the file, beside what write_vdb() sets itself
 
   /// Those that exist, in the order of the channels; `component` last.
   std::vector<openvdb::GridBase::Ptr> all() const;
 };
+
+/// Throws UsageError unless the grids that the basis asks for are there, and no others.
+void require_complete(const VdbScene::Grids& grids);
 
 /// Transform of grids with voxel centres at `transform`'s integer indices.
 openvdb::math::Transform::Ptr vdb_transform(const GridTransform& transform);

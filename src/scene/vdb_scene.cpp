@@ -5,6 +5,7 @@
 
 #include "sarnerf/core/error.h"
 #include "vdb_grids.h"
+#include "vdb_placement.h"
 
 namespace sarnerf {
 
@@ -19,12 +20,61 @@ double VdbScene::voxel_size_m() const {
   return all.empty() ? 0.0 : all.front()->voxelSize().x();
 }
 
-std::vector<VdbGridSummary> VdbScene::summary() const {
-  std::vector<VdbGridSummary> lines;
+VdbSummary VdbScene::summary() const {
+  VdbSummary summary;
+  summary.voxel_size_m = voxel_size_m();
   for (const openvdb::GridBase::Ptr& grid : grids_->all()) {
-    lines.push_back({grid->getName(), grid->valueType(), grid->activeVoxelCount(), grid->memUsage()});
+    VdbGridSummary line{grid->getName(), grid->valueType(), grid->activeVoxelCount(), grid->memUsage(), {}};
+    const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
+    if (line.n_active_voxels > 0) {
+      for (const openvdb::Coord& corner : {box.min(), box.max().offsetBy(1)}) {
+        const openvdb::Vec3d face = corner.asVec3d() - openvdb::Vec3d(0.5);
+        const openvdb::Vec3d p = grid->indexToWorld(face);
+        line.box_m.include({p.x(), p.y(), p.z()});
+      }
+    }
+    summary.grids.push_back(std::move(line));
   }
-  return lines;
+  const openvdb::MetaMap& metadata = grids_->metadata;
+  for (auto entry = metadata.beginMeta(); entry != metadata.endMeta(); ++entry) {
+    if (entry->second) summary.metadata.emplace_back(entry->first, entry->second->str());
+  }
+  return summary;
+}
+
+void VdbScene::set_metadata(const std::string& name, const std::string& value) {
+  grids_->metadata.removeMeta(name);
+  grids_->metadata.insertMeta(name, openvdb::StringMetadata(value));
+}
+
+void VdbScene::set_metadata(const std::string& name, double value) {
+  grids_->metadata.removeMeta(name);
+  grids_->metadata.insertMeta(name, openvdb::DoubleMetadata(value));
+}
+
+void require_complete(const VdbScene::Grids& grids) {
+  const auto refuse = [](const std::string& found) {
+    throw UsageError("the grids of a volume do not fit together: " + found);
+  };
+  if (!grids.extinction && !grids.scattering) refuse("neither extinction nor scattering");
+  if (grids.extinction_back && !grids.extinction) refuse("a way back without a way there");
+  const bool scatters = grids.basis == SourceBasis::scattering;
+  const bool cosine = grids.basis == SourceBasis::cosine;
+  if (grids.harmonics_degree < 0 || grids.harmonics_degree > kMaxHarmonicsDegree) {
+    refuse("harmonics of degree " + std::to_string(grids.harmonics_degree));
+  }
+  const int n_brightness = scatters ? 0 : cosine ? 1 : n_harmonics(grids.harmonics_degree);
+  if (static_cast<int>(grids.brightness.size()) != n_brightness) {
+    refuse(std::to_string(grids.brightness.size()) + " grids of brightness instead of " +
+           std::to_string(n_brightness));
+  }
+  for (const auto& coefficient : grids.brightness) {
+    if (!coefficient) refuse("a brightness without its grid");
+  }
+  if (scatters != (grids.scattering != nullptr)) refuse("scattering and its basis");
+  if (cosine != (grids.normal != nullptr) || cosine != (grids.exponent != nullptr)) {
+    refuse("normal and exponent belong to the basis cosine");
+  }
 }
 
 std::vector<openvdb::GridBase::Ptr> VdbScene::Grids::all() const {
@@ -49,30 +99,12 @@ openvdb::math::Transform::Ptr vdb_transform(const GridTransform& transform) {
 }
 
 GridTransform grid_transform(const openvdb::math::Transform& transform, const std::string& where) {
-  // Linear maps are known by what they do to the origin and the axes.
-  const auto image = [&](double x, double y, double z) {
-    const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(x, y, z));
-    return glm::dvec3(p.x(), p.y(), p.z());
-  };
-  if (!transform.isLinear()) {
-    throw InputError(where + ": expected a transform of uniform scale and translation, found a "
-                             "perspective one; resample the grid");
+  const VdbPlacement placement = placement_of(transform, UpAxis::y, 1.0, where);
+  if (placement.moves_voxels()) {
+    throw InputError(where + ": expected a transform of uniform scale and translation, found swapped or "
+                             "mirrored axes");
   }
-  const glm::dvec3 origin = image(0, 0, 0);
-  const glm::dmat3 axes(image(1, 0, 0) - origin, image(0, 1, 0) - origin, image(0, 0, 1) - origin);
-  const double size = axes[0][0];
-  const glm::dmat3 off = axes - glm::dmat3(size);
-  double largest = 0.0;
-  for (int n = 0; n < 3; ++n) {
-    for (int m = 0; m < 3; ++m) largest = std::max(largest, std::abs(off[n][m]));
-  }
-  // A large translation leaves its rounding in the differences.
-  const double rounding = 1e-12 * (std::abs(origin.x) + std::abs(origin.y) + std::abs(origin.z));
-  if (!(size > 0.0) || !(largest <= 1e-6 * size + rounding)) {
-    throw InputError(where + ": expected a transform of uniform scale and translation, found a "
-                             "sheared, rotated, mirrored or non-uniform one; resample the grid");
-  }
-  return {origin, transform.voxelSize().x()};
+  return placement.transform;
 }
 
 }  // namespace sarnerf

@@ -52,6 +52,11 @@ class BrickGrid {
   BrickGrid(const GridTransform& transform, int n_channels)
       : transform_(transform), n_channels_(n_channels) {}
 
+  /// Makes room for values, so that they are allocated once. Invalidates views.
+  void reserve_bricks(std::size_t n_bricks) {
+    values_.reserve(n_bricks * kBrickVoxels * static_cast<std::size_t>(n_channels_));
+  }
+
   /// The brick's number; inserted if new. Invalidates views.
   std::uint32_t touch_brick(const glm::ivec3& brick) {
     const std::uint32_t number = topology_.insert(brick);

@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sarnerf/core/monitor.h"
+#include "sarnerf/geometry/box.h"
 #include "sarnerf/scene/scene.h"
 #include "sarnerf/scene/volume.h"
 
@@ -16,8 +18,16 @@ namespace sarnerf {
 /// One grid of a VdbScene, for listings.
 struct VdbGridSummary {
   std::string name, type;
-  std::uint64_t n_active_voxels = 0;
+  std::uint64_t n_active_voxels = 0;  ///< those of active tiles too
   std::uint64_t memory_bytes = 0;
+  Box box_m;  ///< of the active voxels, faces included; empty when there is none
+};
+
+/// What a VdbScene holds, for listings and --explain.
+struct VdbSummary {
+  double voxel_size_m = 0.0;
+  std::vector<VdbGridSummary> grids;
+  std::vector<std::pair<std::string, std::string>> metadata;  ///< of the file, in the order of names
 };
 
 /// A scene as OpenVDB grids (docs/volumes.md): extinction, and scattering or brightness with what
@@ -36,7 +46,14 @@ class VdbScene {
   Grids& grids() { return *grids_; }
 
   double voxel_size_m() const;
-  std::vector<VdbGridSummary> summary() const;
+
+  /// Cost: linear in the nodes of all grids.
+  VdbSummary summary() const;
+
+  /// Adds to what the file says about itself: provenance, integrator, reference bin. The names of
+  /// docs/volumes.md that write_vdb() sets itself are overruled by it.
+  void set_metadata(const std::string& name, const std::string& value);
+  void set_metadata(const std::string& name, double value);
 
   /// World box of what the voxels were made from; empty when that is not known.
   Box scene_box_m;
@@ -49,27 +66,43 @@ class VdbScene {
 };
 
 struct VdbReadOptions {
-  UpAxis up = UpAxis::y;   ///< of files that do not say
-  double units_m = 1.0;    ///< metres per unit of files that do not say
-  double scale = 1.0;      ///< extra factor on all lengths
+  UpAxis up = UpAxis::y;  ///< of files that do not say
+  double units_m = 1.0;   ///< metres per unit of files that do not say
+  /// Extra factor on all lengths. Extinction and scattering of our own volumes are divided by it, so that
+  /// optical depths stay: opaque matter must stay opaque.
+  double scale = 1.0;
   /// Of fog volumes made by other tools: one-way extinction (1/m) of density 1.
   double extinction_per_density = 1.0;
-  std::uint64_t max_memory_bytes = 0;  ///< 0: unlimited
+  /// Of the same: scattering P over one-way extinction; 1 is matter that scatters all that it takes out
+  /// of a ray, equally in all directions.
+  double albedo = 1.0;
+  std::uint64_t max_memory_bytes = 0;  ///< of the file and its grids together; 0: unlimited
   Monitor monitor;
 };
 
 /// Reads our own volumes exactly, and fog volumes and level sets of other tools with the assumptions that
-/// `notes` state. Throws InputError with file, grid and reason for anything else.
+/// `notes` state; docs/volumes.md has the rules. The grids of the result are in world metres with Y up: a
+/// file with Z up, and axes that are swapped or mirrored, are brought there voxel by voxel.
+///
+/// The file's structure is checked byte by byte before OpenVDB sees it, so that a damaged or hostile file
+/// neither crashes nor allocates more than its voxels need. Throws InputError with file, grid and reason
+/// for anything that is not such a volume; UsageError, before allocating, when file and grids need more
+/// than allowed; Interrupted. Cost: that of OpenVDB's own reading, one thread.
 VdbScene read_vdb(const std::filesystem::path& path, const VdbReadOptions& options);
 
-/// Writes all grids and their metadata, compressed, beside and renamed. The same scene gives the same
-/// voxels; OpenVDB adds a random identifier to every file.
+/// Writes all grids and their metadata, zip-compressed, beside and renamed. The same scene gives the same
+/// bytes with the same releases of OpenVDB and zlib: OpenVDB's random identifier is replaced by one made
+/// of the content. Throws Error with the path when the disk fails.
 void write_vdb(const VdbScene& scene, const std::filesystem::path& path);
 
-/// The grids as bricks, every voxel as it is. Active tiles, such as the insides of clouds, become voxels.
-/// Throws UsageError before allocating more than allowed (0: unlimited). Cost: linear in voxels, on all
-/// threads of parallel_for.
-Volume to_volume(const VdbScene& scene, std::uint64_t max_memory_bytes = 0);
+/// The grids as bricks, every active voxel as it is. Kept are bricks with extinction or scattering above 0,
+/// and those neighbours of theirs whose attributes interpolation reaches. Active tiles, such as the insides
+/// of clouds, become voxels.
+///
+/// Throws UsageError before allocating more than allowed (0: unlimited), with a voxel size that would fit;
+/// Interrupted. Cost: linear in voxels, on all threads of parallel_for.
+Volume to_volume(const VdbScene& scene, std::uint64_t max_memory_bytes = 0,
+                 const Monitor& monitor = {});
 
 /// A scene without a mesh around a volume: its box to be framed, and the ground that `options` ask for.
 /// Throws as load_scene() for materials that are not known.
