@@ -58,8 +58,9 @@ VdbFileGrid read_grid(ByteCursor& cursor, const VdbFile& file) {
   grid.instance_parent = std::string(cursor.text());
   const std::size_t size = file.bytes.size();
   const std::size_t begin = read_offset(cursor, cursor.position(), size);
-  const std::size_t values = read_offset(cursor, begin, size);
-  grid.end = read_offset(cursor, values, size);
+  // In between, the offset of the values, which grids without a tree of their own leave empty.
+  cursor.skip(sizeof(std::int64_t));
+  grid.end = read_offset(cursor, begin, size);
 
   ByteCursor inside(file.bytes, file.name, begin, grid.end);
   grid.compression = inside.read<std::uint32_t>();

@@ -204,7 +204,7 @@ TEST_CASE("one volume is chosen from several", "[vdb]") {
   auto heat = fog();
   heat->setName("temperature");
   const VdbScene scene = read_back({heat, fog(), level_set()});
-  CHECK(has_line(scene.notes, "grid \"density\": taken for fog"));
+  CHECK(has_line(scene.notes, "grid 'density': taken for fog"));
   CHECK(has_line(scene.notes, "other grids are not used"));
   CHECK(contains(message_of<InputError>([&] {
           auto steam = fog();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
 #include <cstring>
 #include <random>
 
@@ -17,21 +18,27 @@ struct Sample {
 
 /// Files of every structure that the reader knows: compressions, half floats, vectors, tiles.
 std::vector<Sample> samples() {
+  openvdb::initialize();
   std::vector<Sample> found;
   const ScratchFolder folder;
   const auto path = folder.path() / "a.vdb";
   for (const std::uint32_t compression : {0u, 1u, 2u, 3u, 4u, 6u}) {
-    auto grids = cosine_grids();
+    auto grids = cosine_grids(30);
     grids->extinction->tree().addTile(2, {128, 0, 0}, 0.5f, true);
-    grids->extinction->tree().addTile(3, {8192, 0, 0}, 0.5f, true);
+    grids->brightness[0]->tree().addTile(3, {8192, 0, 0}, 0.5f, true);
     grids->exponent->setSaveFloatAsHalf(true);
     openvdb::MetaMap metadata;
     metadata.insertMeta("brightness_basis", openvdb::StringMetadata("cosine"));
-    const auto all = grids->all();
-    write_foreign(path, {all.begin(), all.end()}, metadata, compression);
+    write_foreign(path, grids->all(), metadata, compression);
     found.push_back({"compression " + std::to_string(compression), bytes_of(path)});
   }
   return found;
+}
+
+/// Damaged files of each kind. SARNERF_FUZZ=20000 asks for a long run by hand.
+int n_damaged() {
+  const char* wanted = std::getenv("SARNERF_FUZZ");
+  return wanted ? std::atoi(wanted) : 100;
 }
 
 /// Reads the bytes as a file; true when they are a volume, false when they are refused in an orderly way.
@@ -71,7 +78,7 @@ TEST_CASE("truncated volumes are refused", "[vdb]") {
     INFO(sample.name);
     std::vector<std::size_t> lengths{0, 1, 7, 8, 12, 20, 21, 57, 60};
     std::uniform_int_distribution<std::size_t> any(61, sample.bytes.size() - 1);
-    for (int n = 0; n < 120; ++n) lengths.push_back(any(random));
+    for (int n = 0; n < 60; ++n) lengths.push_back(any(random));
     for (std::size_t back = 1; back < 20; ++back) lengths.push_back(sample.bytes.size() - back);
     for (const std::size_t length : lengths) {
       INFO("the first " << length << " bytes of " << sample.bytes.size());
@@ -89,7 +96,7 @@ TEST_CASE("volumes with damaged bytes are read or refused, and nothing worse", "
     const VdbFile file = scan_vdb_file(sample.bytes, "a.vdb");
     std::vector<std::size_t> begins{0};
     for (const VdbFileGrid& grid : file.grids) begins.push_back(grid.transform_begin);
-    for (int n = 0; n < 250; ++n) {
+    for (int n = 0; n < n_damaged(); ++n) {
       std::string bytes = sample.bytes;
       const bool anywhere = n % 2 == 0;
       const std::size_t begin = anywhere ? 0 : begins[static_cast<std::size_t>(n) % begins.size()];
@@ -101,7 +108,7 @@ TEST_CASE("volumes with damaged bytes are read or refused, and nothing worse", "
       n_refused += !is_read(folder, bytes);
     }
   }
-  CHECK(n_refused > 100);
+  CHECK(n_refused > 50);
 }
 
 TEST_CASE("lengths that promise more than the file holds allocate nothing", "[vdb]") {

@@ -39,14 +39,14 @@ TEST_CASE("files without a volume are refused with what they hold", "[vdb]") {
   mask->tree().setValue({1, 2, 3}, true);
   const std::string message = complaint({mask, floats("heat")});
   CHECK(contains(message, "bad.vdb: expected grids \"extinction\""));
-  CHECK(contains(message, "\"mask\" (bool, \"unknown\"), \"heat\" (float, \"unknown\")"));
+  CHECK(contains(message, "'mask' (bool, 'unknown'), 'heat' (float, 'unknown')"));
   CHECK(contains(complaint({}), "found a file without grids"));
 }
 
 TEST_CASE("other types than float are refused by name", "[vdb]") {
   auto doubles = grid_at<openvdb::DoubleGrid>(kLattice, "density");
   doubles->tree().setValue({0, 0, 0}, 1.0);
-  CHECK(contains(complaint({doubles}), "grid \"density\": expected values of type float, found double"));
+  CHECK(contains(complaint({doubles}), "grid 'density': expected values of type float, found double"));
   auto vectors = grid_at<openvdb::Vec3SGrid>(kLattice, "density");
   vectors->tree().setValue({0, 0, 0}, openvdb::Vec3s(1.0f));
   CHECK(contains(complaint({vectors}), "expected values of type float, found vec3s"));
@@ -59,7 +59,7 @@ TEST_CASE("values without meaning are counted and the first one is named", "[vdb
   density->tree().setValue({40, 5, 6}, -1.0f);
   density->tree().setValue({80, 5, 6}, std::numeric_limits<float>::infinity());
   CHECK(contains(complaint({density}),
-                 "grid \"density\": expected finite values of at least 0, found 3 voxels that are not, the "
+                 "grid 'density': expected finite values of at least 0, found 3 voxels that are not, the "
                  "first at index (4, 5, 6): NaN"));
   auto tiled = floats("density");
   tiled->tree().addTile(1, {64, 0, 0}, -2.0f, true);
@@ -96,7 +96,7 @@ TEST_CASE("grids of one scene share their voxels", "[vdb]") {
   const auto other = [](const GridTransform& lattice) {
     return random_floats("scattering", 3, 0.0f, 1.0f, lattice);
   };
-  const std::string expected = "expected all grids on the same voxels, found \"scattering\"";
+  const std::string expected = "expected all grids on the same voxels, found 'scattering'";
   CHECK(contains(complaint({floats("extinction"), other({kLattice.origin_m, 0.25})}), expected));
   CHECK(contains(complaint({floats("extinction"), other({kLattice.origin_m + 0.1, 0.5})}), expected));
   CHECK(complaint({floats("extinction"), other(kLattice)}).empty());
@@ -107,7 +107,7 @@ TEST_CASE("names and basis must tell one story", "[vdb]") {
   CHECK(contains(complaint({k}), "found neither; a volume without them answers no radar"));
   CHECK(contains(complaint({k, p, b}, with_basis("isotropic")), "found both"));
   CHECK(contains(complaint({k, b}), "expected metadata brightness_basis (isotropic, sh or cosine)"));
-  CHECK(contains(complaint({k, b}, with_basis("plaid")), "found \"plaid\""));
+  CHECK(contains(complaint({k, b}, with_basis("plaid")), "found 'plaid'"));
   CHECK(contains(complaint({k, p}, with_basis("sh")), "but no grid \"brightness\""));
   CHECK(contains(complaint({b}, with_basis("sh")), "expected \"extinction\" beside \"brightness\""));
   CHECK(contains(complaint({k, b, floats("brightness_1")}, with_basis("sh")), "1, 4 or 9 grids"));

@@ -36,13 +36,13 @@ typename Grid::Ptr grid_at(const GridTransform& transform, const std::string& na
 
 /// Random numbers in [low, high) at random voxels around the origin, most of them beside others.
 inline openvdb::FloatGrid::Ptr random_floats(const std::string& name, unsigned seed, float low, float high,
-                                             const GridTransform& transform = kLattice) {
+                                             const GridTransform& transform = kLattice, int n_voxels = 2000) {
   auto grid = grid_at<openvdb::FloatGrid>(transform, name);
   std::mt19937 random(seed);
   std::uniform_int_distribution<int> index(-12, 20);
   std::uniform_real_distribution<float> value(low, high);
   auto values = grid->getAccessor();
-  for (int n = 0; n < 2000; ++n) values.setValue({index(random), index(random), index(random)}, value(random));
+  for (int n = 0; n < n_voxels; ++n) values.setValue({index(random), index(random), index(random)}, value(random));
   return grid;
 }
 
@@ -54,22 +54,22 @@ inline std::unique_ptr<VdbScene::Grids> scattering_grids(unsigned seed = 1) {
   return grids;
 }
 
-inline std::unique_ptr<VdbScene::Grids> harmonics_grids(int degree) {
+inline std::unique_ptr<VdbScene::Grids> harmonics_grids(int degree, int n_voxels = 2000) {
   auto grids = std::make_unique<VdbScene::Grids>();
   grids->basis = SourceBasis::harmonics;
   grids->harmonics_degree = degree;
-  grids->extinction = random_floats("extinction", 5, 0.0f, 2.0f);
+  grids->extinction = random_floats("extinction", 5, 0.0f, 2.0f, kLattice, n_voxels);
   for (int n = 0; n < n_harmonics(degree); ++n) {
     const std::string name = n == 0 ? "brightness" : "brightness_" + std::to_string(n);
-    grids->brightness.push_back(random_floats(name, 5, n == 0 ? 0.0f : -1.0f, 1.0f));
+    grids->brightness.push_back(random_floats(name, 5, n == 0 ? 0.0f : -1.0f, 1.0f, kLattice, n_voxels));
   }
   return grids;
 }
 
-inline std::unique_ptr<VdbScene::Grids> cosine_grids() {
-  auto grids = harmonics_grids(0);
+inline std::unique_ptr<VdbScene::Grids> cosine_grids(int n_voxels = 2000) {
+  auto grids = harmonics_grids(0, n_voxels);
   grids->basis = SourceBasis::cosine;
-  grids->exponent = random_floats("exponent", 5, 0.0f, 3.0f);
+  grids->exponent = random_floats("exponent", 5, 0.0f, 3.0f, kLattice, n_voxels);
   grids->normal = grid_at<openvdb::Vec3SGrid>(kLattice, "normal");
   grids->component = grid_at<openvdb::Int32Grid>(kLattice, "component");
   for (auto voxel = grids->extinction->cbeginValueOn(); voxel; ++voxel) {
