@@ -199,11 +199,11 @@ class OwnLayout {
   }
 
   void read_scene_box() {
-    for (const char* name : {"scene_box_min_m", "scene_box_max_m"}) {
-      const auto corner = vector_entry(file_.metadata, name);
-      if (!corner) continue;
-      const auto [x, y, z] = *corner;
-      if (!std::isfinite(x + y + z)) fail(std::string("expected finite numbers in ") + name);
+    const auto least = vector_entry(file_.metadata, "scene_box_min_m");
+    const auto most = vector_entry(file_.metadata, "scene_box_max_m");
+    if (!least || !most) return;
+    for (const auto& [x, y, z] : {*least, *most}) {
+      if (!std::isfinite(x + y + z)) fail("expected finite numbers in scene_box_min_m and scene_box_max_m");
       const glm::dvec3 p = frame_.up == UpAxis::y ? glm::dvec3(x, y, z) : glm::dvec3(x, z, -y);
       reading_.scene_box_m.include(frame_.metres_per_unit * p);
     }

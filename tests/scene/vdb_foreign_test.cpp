@@ -184,6 +184,27 @@ TEST_CASE("z up turns to y up: (x, y, z) becomes (x, z, -y)", "[vdb]") {
   CHECK(value_at(solid, top, 3) == Approx(1.0).margin(1e-3));  // the normal points up
 }
 
+TEST_CASE("a file that says z up turns its normals and its box, too", "[vdb]") {
+  const ScratchFolder folder;
+  auto grids = cosine_grids();
+  openvdb::MetaMap metadata;
+  metadata.insertMeta("brightness_basis", openvdb::StringMetadata("cosine"));
+  metadata.insertMeta("up_axis", openvdb::StringMetadata("z"));
+  metadata.insertMeta("scene_box_min_m", openvdb::Vec3DMetadata({1, 2, 3}));
+  metadata.insertMeta("scene_box_max_m", openvdb::Vec3DMetadata({4, 6, 8}));
+  write_foreign(folder.path() / "a.vdb", grids->all(), metadata);
+  const Volume volume = to_volume(read_vdb(folder.path() / "a.vdb", {}));
+  CHECK(volume.box_m.min == glm::dvec3(1, 3, -6));
+  CHECK(volume.box_m.max == glm::dvec3(4, 8, -2));
+  for (auto value = grids->normal->cbeginValueOn(); value; ++value) {
+    const openvdb::Vec3d p = grids->normal->indexToWorld(value.getCoord());
+    const glm::ivec3 at = nearest_voxel(volume, {p.x(), p.z(), -p.y()});
+    const openvdb::Vec3s n = *value;
+    REQUIRE(glm::vec3(value_at(volume, at, 2), value_at(volume, at, 3), value_at(volume, at, 4)) ==
+            glm::vec3(n.x(), n.z(), -n.y()));
+  }
+}
+
 TEST_CASE("swapped and mirrored axes are put right", "[vdb]") {
   const openvdb::math::Mat4d mirrored(0.0, 0.0, 0.5, 0.0,   //
                                       -0.5, 0.0, 0.0, 0.0,  //

@@ -14,12 +14,15 @@ void check_round_trip(std::unique_ptr<VdbScene::Grids> grids) {
   VdbScene scene(std::move(grids));
   scene.set_metadata("provenance", "a test");
   scene.set_metadata("reference_bin_m", 0.203);
+  scene.scene_box_m = {{-1.1, 0.3, 999'990.7}, {12.2, 7.9, 1'000'010.3}};
   const ScratchFolder folder;
   const auto first = folder.path() / "first.vdb", second = folder.path() / "second.vdb";
   write_vdb(scene, first);
   const VdbScene read = read_vdb(first, {});
   CHECK(same_scene(scene, read));
   CHECK(read.notes.empty());
+  CHECK(read.scene_box_m.min == scene.scene_box_m.min);
+  CHECK(read.scene_box_m.max == scene.scene_box_m.max);
   CHECK(same_volume(to_volume(scene), to_volume(read)));
   const auto entry = read.grids().metadata.getMetadata<openvdb::StringMetadata>("provenance");
   REQUIRE(entry);
@@ -95,6 +98,8 @@ TEST_CASE("the support reaches one voxel around what is occupied", "[vdb]") {
   CHECK(volume.n_occupied_voxels == 2);
   CHECK(volume.support_m.min == kLattice.world_from_index({-4, 3, 1}));
   CHECK(volume.support_m.max == kLattice.world_from_index({8, 5, 6}));
+  CHECK(volume.box_m.min == kLattice.world_from_index({-3, 4, 2}));
+  CHECK(volume.box_m.max == kLattice.world_from_index({7, 4, 5}));
   CHECK(volume.grid.topology().n_bricks() == 2);
 }
 
