@@ -14,7 +14,7 @@ constexpr float kBinTolerance = 0.004f;
 /// Largest relative change of γ inside a run. Its mean is exact; this only bounds its distribution.
 constexpr float kGammaTolerance = 0.001f;
 /// Samples that are tested together.
-constexpr std::size_t kRunBlock = 8;
+constexpr std::size_t kRunBlock = 4;
 
 class Reconstruction {
  public:
