@@ -38,7 +38,7 @@ std::vector<Sample> samples() {
 /// Damaged files of each kind. SARNERF_FUZZ=20000 asks for a long run by hand.
 int n_damaged() {
   const char* wanted = std::getenv("SARNERF_FUZZ");
-  return wanted ? std::atoi(wanted) : 100;
+  return wanted ? std::atoi(wanted) : 40;
 }
 
 /// Reads the bytes as a file; true when they are a volume, false when they are refused in an orderly way.
@@ -78,7 +78,7 @@ TEST_CASE("truncated volumes are refused", "[vdb]") {
     INFO(sample.name);
     std::vector<std::size_t> lengths{0, 1, 7, 8, 12, 20, 21, 57, 60};
     std::uniform_int_distribution<std::size_t> any(61, sample.bytes.size() - 1);
-    for (int n = 0; n < 60; ++n) lengths.push_back(any(random));
+    for (int n = 0; n < 25; ++n) lengths.push_back(any(random));
     for (std::size_t back = 1; back < 20; ++back) lengths.push_back(sample.bytes.size() - back);
     for (const std::size_t length : lengths) {
       INFO("the first " << length << " bytes of " << sample.bytes.size());
@@ -108,7 +108,7 @@ TEST_CASE("volumes with damaged bytes are read or refused, and nothing worse", "
       n_refused += !is_read(folder, bytes);
     }
   }
-  CHECK(n_refused > 50);
+  CHECK(n_refused > 20);
 }
 
 TEST_CASE("lengths that promise more than the file holds allocate nothing", "[vdb]") {
