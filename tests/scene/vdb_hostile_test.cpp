@@ -7,6 +7,13 @@
 #include "vdb_file.h"
 #include "vdb_scenes.h"
 
+#ifdef __SANITIZE_ADDRESS__
+// Values that do not unzip make OpenVDB throw while it holds a node in a plain pointer: what it had read of
+// that node is lost. Nothing of ours can free it, and a program that refuses its input ends.
+extern "C" const char* __lsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions() { return "leak:readTopology"; }
+#endif
+
 using namespace sarnerf;
 using namespace sarnerf::test;
 
