@@ -32,8 +32,10 @@ fs::path find_sar_render() {
 
 nlohmann::json study_sweep(const StudyOptions& options) {
   const fs::path program = find_sar_render();
-  const fs::path folder =
-      fs::temp_directory_path() / ("sar_bench_sweep_" + std::to_string(std::rand()));
+  // A fresh folder of our own: only what lies in it is ever removed.
+  std::string place = (fs::temp_directory_path() / "sar_bench_sweep_XXXXXX").string();
+  if (::mkdtemp(place.data()) == nullptr) throw Error("cannot create a folder like " + place);
+  const fs::path folder = fs::path(place) / "sweep";
   nlohmann::json results = nlohmann::json::array();
   for (const std::string& file : options.scene_files) {
     const std::string command = quoted(program) + " " + quoted(fs::absolute(file)) +
@@ -51,7 +53,7 @@ nlohmann::json study_sweep(const StudyOptions& options) {
                                     {"quartiles", {times[0].quantile(0.25), times[0].quantile(0.75)}},
                                     {"runs", times[0].seconds.size()}}}});
   }
-  fs::remove_all(folder);
+  fs::remove_all(place);
   return results;
 }
 
