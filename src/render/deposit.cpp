@@ -1,58 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "deposit.h"
 
-#include <algorithm>
-#include <cmath>
+#include "trapezoid.h"
 
 namespace sarnerf {
-namespace {
-
-/// Integral of a unit-mass trapezoid, the convolution of boxes of widths `wide` ≥ `narrow`, from its
-/// left end to y.
-struct TrapezoidIntegral {
-  double wide, narrow, inverse_wide, inverse_ramp;
-
-  TrapezoidIntegral(double a, double b)
-      : wide(std::max(a, b)),
-        narrow(std::min(a, b)),
-        inverse_wide(1.0 / wide),
-        // Ramps below a millionth of the plateau are steps: their integrals differ by less than that.
-        inverse_ramp(narrow > 1e-6 * wide ? 0.5 / (wide * narrow) : 0.0) {}
-
-  double operator()(double y) const {
-    const double rest = wide + narrow - y;
-    if (y <= 0.0) return 0.0;
-    if (rest <= 0.0) return 1.0;
-    if (y < narrow) return y * y * inverse_ramp;
-    if (rest < narrow) return 1.0 - rest * rest * inverse_ramp;
-    return (y - 0.5 * narrow) * inverse_wide;
-  }
-};
-
-}  // namespace
 
 void deposit_trapezoid(std::span<double> bins, double x0, double x1, double smear, double mass) {
-  const double span = std::abs(x1 - x0);
-  const double width = std::abs(smear);
-  const double first = std::min(x0, x1) - 0.5 * width;
-  const double last = std::max(x0, x1) + 0.5 * width;
-  const double n_bins = static_cast<double>(bins.size());
-  if (!(last >= 0.0 && first < n_bins)) return;
-
-  const double first_bin = std::floor(first);
-  if (last < first_bin + 1.0) {  // the commonest case: all in one bin
-    bins[static_cast<std::size_t>(first_bin)] += mass;
-    return;
-  }
-  const TrapezoidIntegral integral(span, width);
-  const auto begin = static_cast<std::ptrdiff_t>(std::max(first_bin, 0.0));
-  const auto end = static_cast<std::ptrdiff_t>(std::min(std::floor(last) + 1.0, n_bins));
-  double below = integral(static_cast<double>(begin) - first);
-  for (std::ptrdiff_t j = begin; j < end; ++j) {
-    const double above = integral(static_cast<double>(j + 1) - first);
-    bins[static_cast<std::size_t>(j)] += mass * (above - below);
-    below = above;
-  }
+  for_each_share(bins.size(), x0, x1, smear,
+                 [&](std::size_t j, double share) { bins[j] += mass * share; });
 }
 
 }  // namespace sarnerf

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "triangle_subset.h"
 
@@ -23,11 +24,32 @@ CellOffset cell_offset(int q, int count) {
 
 constexpr int kMaxSubRays = 64;
 
+/// Two-way optical depth that leaves half of the power.
+constexpr double kHalfPower = std::numbers::ln2;
+/// Nearer than any bin.
+constexpr double kNearest = -std::numeric_limits<double>::infinity();
+
+/// Gives the layers what each segment of the scratch contributes.
+void add_layers(const MediaScratch& scratch, LayerRow& layers) {
+  for (std::size_t ray = 0; ray < scratch.ray_k.size(); ++ray) {
+    LayerRun run;
+    run.first_ray = scratch.ray_k[ray] - 0.5;
+    run.last_ray = scratch.ray_k[ray] + 0.5;
+    for (std::uint32_t q = scratch.ray_begin[ray]; q < scratch.ray_begin[ray + 1]; ++q) {
+      if (scratch.bin[q] == kNoBin) continue;
+      run.mass = scratch.contributions[q];
+      run.first_bin = run.last_bin = scratch.bin[q] + 0.5;
+      layers.add(run);
+    }
+  }
+}
+
 }  // namespace
 
 void MediaScratch::clear() {
   ray_begin.assign(1, 0);
   ray_row.clear();
+  ray_k.clear();
   bin.clear();
   for (auto* array : {&length_m, &extinction, &extinction_back, &scattering}) array->clear();
 }
@@ -105,8 +127,19 @@ void Media::find_boundaries(const ViewRays& rays, const Slice& slice, int k,
   }
 }
 
+double Media::depth_before(double bin, double spacing_m,
+                           std::span<const MediaBoundary> boundaries) const {
+  double depth = 0.0;
+  for (const MediaBoundary& b : boundaries) {
+    const Material& medium = media_[b.medium];
+    const double two_way = medium.extinction_per_m + medium.extinction_back_per_m;
+    depth -= b.sign * two_way * spacing_m * std::min(b.bin, bin);
+  }
+  return std::max(0.0, depth);
+}
+
 void Media::apply(const ViewRays& rays, Integrator integrator, int first, int end, Slice& slice,
-                  MediaScratch& scratch, std::span<double> bins) const {
+                  MediaScratch& scratch, std::span<double> bins, LayerRow* layers) const {
   const double spacing_m = rays.grid.acquisition().range_spacing_m;
   const double n_bins = static_cast<double>(bins.size());
   scratch.clear();
@@ -120,16 +153,21 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
     const bool stopped = slice.surface[m] != kNoTriangle;
     const double end_of_ray = stopped ? slice.bin[m] : std::numeric_limits<double>::infinity();
 
-    double steepest_bins = 0.0, densest_per_m = 0.0, depth_before_stop = 0.0;
+    double steepest_bins = 0.0, densest_per_m = 0.0;
     for (const MediaBoundary& b : boundaries) {
       steepest_bins = std::max(steepest_bins, std::abs(b.bin_per_ray) + std::abs(b.bin_per_slice));
       const Material& medium = media_[b.medium];
       const double two_way = medium.extinction_per_m + medium.extinction_back_per_m;
       densest_per_m = std::max(densest_per_m, two_way);
-      depth_before_stop -= b.sign * two_way * spacing_m * std::min(b.bin, end_of_ray);
     }
     if (stopped) {
-      slice.gamma[m] *= static_cast<float>(std::exp(-std::max(0.0, depth_before_stop)));
+      slice.gamma[m] *= static_cast<float>(std::exp(-depth_before(end_of_ray, spacing_m, boundaries)));
+    }
+    if (layers != nullptr) {
+      const double plane_bin = layers->view().plane_bin(k);
+      if (std::isfinite(plane_bin) && depth_before(plane_bin, spacing_m, boundaries) > kHalfPower) {
+        layers->hide(k - 0.5, k + 0.5, kNearest, kNearest);
+      }
     }
 
     // A dense medium answers at its surface, whose range must be spread over the cell as finely as an
@@ -172,6 +210,7 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
       }
       scratch.ray_begin.push_back(static_cast<std::uint32_t>(scratch.bin.size()));
       scratch.ray_row.push_back(0);
+      if (layers != nullptr) scratch.ray_k.push_back(static_cast<std::uint32_t>(k));
     }
   }
   const SegmentSpans<float> segments{scratch.ray_begin, scratch.ray_row, scratch.bin,
@@ -179,6 +218,10 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
   const FieldSamples<float> field{scratch.extinction, scratch.extinction_back, scratch.scattering,
                                   SourceForm::scattering};
   integrate(segments, field, integrator, static_cast<int>(bins.size()), bins);
+  if (layers == nullptr) return;
+  scratch.contributions.resize(scratch.bin.size());
+  contributions(segments, field, integrator, scratch.contributions);
+  add_layers(scratch, *layers);
 }
 
 }  // namespace sarnerf

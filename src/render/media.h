@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "layer_row.h"
 #include "sarnerf/mpa/integrate.h"
 #include "sarnerf/scene/scene.h"
 #include "sarnerf/trace/ray_tracer.h"
@@ -28,6 +29,8 @@ struct MediaScratch {
   std::vector<MediaBoundary> boundaries, moved;
   std::vector<std::uint32_t> ray_begin, ray_row, bin;
   std::vector<float> length_m, extinction, extinction_back, scattering;
+  std::vector<std::uint32_t> ray_k;    ///< k of each ray; for layers only
+  std::vector<double> contributions;   ///< of each segment; for layers only
   void clear();
 };
 
@@ -45,11 +48,15 @@ class Media {
 
   /// Attenuates the γ of the slice's samples by the media in front of them, and deposits what the media
   /// themselves scatter, in the units of deposit_slice(). Only rays k in [first, end) are looked at: those
-  /// that may meet the media's box. The slice must be complete.
+  /// that may meet the media's box. The slice must be complete. `layers`, unless null, gets what the image
+  /// gets, and is told where media hide the reference plane: where less than half of the power comes back.
   void apply(const ViewRays& rays, Integrator integrator, int first, int end, Slice& slice,
-             MediaScratch& scratch, std::span<double> bins) const;
+             MediaScratch& scratch, std::span<double> bins, LayerRow* layers = nullptr) const;
 
  private:
+  /// Two-way optical depth of what lies nearer than a bin coordinate.
+  double depth_before(double bin, double spacing_m, std::span<const MediaBoundary> boundaries) const;
+
   /// Leaves the faces that ray k of the slice crosses in scratch.boundaries, in order of range.
   void find_boundaries(const ViewRays& rays, const Slice& slice, int k, MediaScratch& scratch) const;
 

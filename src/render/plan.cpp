@@ -97,7 +97,6 @@ std::vector<std::string> left_out_of_volume(const Scene& scene, const Volume& vo
   }
   lines.push_back("empty voxels, and all behind an optical depth of 20: not sampled");
   add_left_out_rays(plan, lines);
-  lines.push_back("layers: not asked for");
   return lines;
 }
 
@@ -112,7 +111,6 @@ std::vector<std::string> left_out(const Scene& scene, const ViewPlan& plan) {
   }
   if (!media) lines.push_back("volume integration: all matter is opaque, first hits are enough");
   add_left_out_rays(plan, lines);
-  lines.push_back("layers: not asked for");
   return lines;
 }
 
@@ -169,6 +167,9 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   return plan;
 }
 
+/// Of a row being made: sums, groups, votes.
+constexpr std::uint64_t kLayerBytesPerBin = 140;
+
 }  // namespace
 
 ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sampling& sampling) {
@@ -189,6 +190,18 @@ ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisi
   ViewPlan plan = plan_rays(scene, acquisition, sampling, density);
   if (plan.fan.n_elevation > 0) plan.left_out = left_out_of_volume(scene, volume, plan);
   return plan;
+}
+
+void request_layers(ViewPlan& plan, const LayerRequest& request) {
+  plan.layers = request;
+  if (request.layers.empty()) {
+    plan.left_out.push_back("layers: not asked for");
+    return;
+  }
+  const Acquisition& a = plan.acquisition;
+  const std::uint64_t n_pixels = std::uint64_t(a.n_azimuth) * std::uint64_t(a.n_range);
+  plan.memory_bytes += n_pixels * bytes_per_pixel(request.layers) +
+                       std::uint64_t(a.n_range) * kLayerBytesPerBin * std::uint64_t(thread_count());
 }
 
 std::uint64_t expected_engine_memory_bytes(std::uint64_t n_triangles) {

@@ -18,10 +18,12 @@ constexpr std::size_t kRunBlock = 4;
 
 class Reconstruction {
  public:
-  Reconstruction(const Slice& slice, const SliceScene& scene, std::span<double> bins)
+  Reconstruction(const Slice& slice, const SliceScene& scene, std::span<double> bins,
+                 const LayerSink& layers)
       : s_(slice),
         scene_(scene),
         bins_(bins),
+        layers_(layers),
         surface_(slice.surface.data()),
         bin_(slice.bin.data()),
         bin_per_ray_(slice.bin_per_ray.data()),
@@ -109,10 +111,13 @@ class Reconstruction {
     const double mass = m == first_ ? gamma_first * (before_ + after)
                                     : gamma_sum_ + (before_ - 0.5) * gamma_first +
                                           (after - 0.5) * gamma_last;
+    const double smear = 0.5 * (bin_per_slice_[first_] + bin_per_slice_[m]);
+    if (layers_.row != nullptr) {
+      add_run(scene_.rays, s_, {first_, m, before_, after, mass, smear}, layers_);
+    }
     if (!(mass > 0.0)) return;
     const double x_first = bin_[first_] - before_ * bin_per_ray_[first_];
     const double x_last = bin_[m] + after * bin_per_ray_[m];
-    const double smear = 0.5 * (bin_per_slice_[first_] + bin_per_slice_[m]);
     deposit_trapezoid(bins_, x_first, x_last, smear, mass);
   }
 
@@ -181,6 +186,7 @@ class Reconstruction {
   const Slice& s_;
   const SliceScene& scene_;
   std::span<double> bins_;
+  const LayerSink& layers_;
   const std::uint32_t* surface_;
   const float *bin_, *bin_per_ray_, *bin_per_slice_, *gamma_;
   std::size_t first_ = 0;
@@ -190,8 +196,9 @@ class Reconstruction {
 
 }  // namespace
 
-void deposit_slice(const Slice& slice, const SliceScene& scene, std::span<double> bins) {
-  Reconstruction(slice, scene, bins).run();
+void deposit_slice(const Slice& slice, const SliceScene& scene, std::span<double> bins,
+                   const LayerSink& layers) {
+  Reconstruction(slice, scene, bins, layers).run();
 }
 
 }  // namespace sarnerf

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "appearance.h"
+#include "layer_runs.h"
 #include "slice.h"
 #include "triangle_section.h"
 
@@ -25,7 +26,9 @@ struct SliceScene {
 /// its triangle does, and the farther one begins there. Each planar run is deposited as one trapezoid
 /// over the ranges it spans, so the image has neither gaps nor aliases, and flat scenes need few rays.
 ///
-/// Both end samples of the slice must be set: to nothing, or to the ground.
-void deposit_slice(const Slice& slice, const SliceScene& scene, std::span<double> bins);
+/// Both end samples of the slice must be set: to nothing, or to the ground. Layers, if asked for, get every
+/// run that the image gets, and those that scatter nothing.
+void deposit_slice(const Slice& slice, const SliceScene& scene, std::span<double> bins,
+                   const LayerSink& layers = {});
 
 }  // namespace sarnerf

@@ -82,14 +82,14 @@ void Slice::resize(int n) {
   const auto size = static_cast<std::size_t>(n) + 2;
   if (surface.size() >= size) return;
   surface.resize(size);
-  for (auto* array : {&bin, &bin_per_ray, &bin_per_slice, &gamma}) array->resize(size);
+  for (auto* array : {&bin, &bin_per_ray, &bin_per_slice, &gamma, &cosine}) array->resize(size);
 }
 
 void SliceBlock::Rays::resize(int n) {
   const auto size = static_cast<std::size_t>(n);
-  if (cosine.size() >= size) return;
+  if (distance.size() >= size) return;
   for (auto* array :
-       {&origin_x, &origin_y, &origin_z, &distance, &normal_x, &normal_y, &normal_z, &cosine}) {
+       {&origin_x, &origin_y, &origin_z, &distance, &normal_x, &normal_y, &normal_z}) {
     array->resize(size);
   }
 }
@@ -130,7 +130,7 @@ std::uint64_t trace_slices(const RayTracer& tracer, const ViewRays& rays,
     loop.bin = slice.bin.data() + 1;
     loop.bin_per_ray = slice.bin_per_ray.data() + 1;
     loop.bin_per_slice = slice.bin_per_slice.data() + 1;
-    loop.cosine = block.rays[s].cosine.data();
+    loop.cosine = slice.cosine.data() + 1;
     evaluate_planes(loop);
     n_hits += shade(rays, table, block.rays[s], slice);
   }

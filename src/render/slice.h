@@ -27,6 +27,7 @@ struct Slice {
   std::vector<float> bin_per_ray;      ///< ∂x over one step of k on the surface's plane
   std::vector<float> bin_per_slice;    ///< ∂x over the slice's width on the surface's plane
   std::vector<float> gamma;            ///< γ, with texture
+  std::vector<float> cosine;           ///< −n·d on triangles; not set elsewhere
 
   void resize(int n);
 };
@@ -39,7 +40,7 @@ struct SliceBlock {
   /// Scratch.
   struct Rays {
     std::vector<float> origin_x, origin_y, origin_z;
-    std::vector<float> distance, normal_x, normal_y, normal_z, cosine;
+    std::vector<float> distance, normal_x, normal_y, normal_z;
     void resize(int n);
   };
   std::array<Rays, RayTracer::kRowsPerBlock> rays;

@@ -5,11 +5,13 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <mutex>
 
 #include "appearance.h"
 #include "blank.h"
 #include "corner_reflector.h"
 #include "ground_plane.h"
+#include "layer_row.h"
 #include "media.h"
 #include "plan.h"
 #include "reconstruct.h"
@@ -48,8 +50,10 @@ std::size_t count_open_media(const Scene& scene) {
 /// Scratch of one worker.
 struct Worker {
   SliceBlock block;
+  Slice bare;  ///< meets nothing but the ground
   MediaScratch media_scratch;
-  std::vector<double> bins;
+  std::vector<double> bins, ground_bins;
+  std::optional<LayerRow> layers;
   std::uint64_t n_hits = 0;
 };
 
@@ -64,6 +68,15 @@ struct SurfaceEngine::State {
   Media media;
   std::vector<std::string> warnings;
   double build_s = 0.0;
+
+  /// Of the triangles in `opaque`; found when layers are asked for the first time.
+  std::span<const Component> components() const {
+    std::call_once(components_found_, [&] {
+      const std::vector<Component> all = components_of_triangles(scene);
+      for (const std::uint32_t t : opaque_triangles(scene)) components_.push_back(all[t]);
+    });
+    return components_;
+  }
 
   explicit State(const Scene& s)
       : scene(s), origin_m(s.box.empty() ? glm::dvec3(0.0) : s.box.centre()), media(s, origin_m) {
@@ -80,6 +93,10 @@ struct SurfaceEngine::State {
                          "mesh, or give it an opaque material");
     }
   }
+
+ private:
+  mutable std::once_flag components_found_;
+  mutable std::vector<Component> components_;
 };
 
 SurfaceEngine::SurfaceEngine(const Scene& scene) {
@@ -113,6 +130,7 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
   const Acquisition& a = plan.acquisition;
   RenderedView view;
   view.beta0 = Image<float>(a.n_azimuth, a.n_range);
+  view.layers = Layers(plan.layers.layers, a.n_azimuth, a.n_range);
   if (plan.fan.n_elevation == 0) {
     view.warnings.push_back(explain_blank(state.scene, plan, BlankEvidence{}));
     return view;
@@ -131,21 +149,36 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
                                ground ? &ground->appearance() : nullptr};
   std::optional<VisibleExtent> media_extent;
   if (!state.media.empty()) media_extent.emplace(a, state.media.box_m());
+  std::optional<LayerView> layer_view;
+  std::span<const Component> components;
+  if (!plan.layers.layers.empty()) {
+    layer_view.emplace(a, plan.fan, plan.layers.reference_height_m);
+    components = state.components();
+  }
+  const auto sink = [&](Worker& w) { return LayerSink{w.layers ? &*w.layers : nullptr, components}; };
   const double slice_width_m = a.azimuth_spacing_m / plan.n_sub_rows;
   const int n_el = plan.fan.n_elevation;
 
   // Bare ground to both sides of the rays that may meet the mesh.
-  const auto render_ground_around = [&](const RayRange& kept, Slice& slice, Worker& w) {
+  const auto render_ground_around = [&](const RayRange& kept, const Slice& beside, Worker& w) {
+    Slice& slice = w.bare;
+    slice.along_m = beside.along_m;
+    slice.width_m = beside.width_m;
     const int end = kept.first + kept.count;
     if (ground->uniform()) {
       ground->deposit_outside(kept.first - 1, kept.count > 0 ? end : -2, w.bins);
+      if (w.layers) {
+        w.ground_bins.assign(w.bins.size(), 0.0);
+        ground->deposit_outside(kept.first - 1, kept.count > 0 ? end : -2, w.ground_bins);
+        w.layers->add_ground(w.ground_bins);
+      }
       return;
     }
     ground->fill_alone(0, kept.count > 0 ? std::max(0, kept.first - 1) : n_el, slice);
-    deposit_slice(slice, slice_scene, w.bins);
+    deposit_slice(slice, slice_scene, w.bins, sink(w));
     if (kept.count == 0 || end >= n_el) return;
     ground->fill_alone(end + 1, std::max(0, n_el - end - 1), slice);
-    deposit_slice(slice, slice_scene, w.bins);
+    deposit_slice(slice, slice_scene, w.bins, sink(w));
   };
 
   // Neighbouring slices, of one row, centred on the given along-track coordinates.
@@ -160,19 +193,14 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
     const double last_along_m = first_along_m + double(n_slices - 1) * slice_width_m;
     if (!state.scene.box.empty()) angles = extent.angles(first_along_m, last_along_m);
     const RayRange kept = rays_inside(plan.fan, angles);
-    if (ground) {
-      for (std::size_t s = 0; s < n_slices; ++s) {
-        render_ground_around(kept, block.slices[s], w);
-      }
+    if (kept.count > 0) {
+      w.n_hits += trace_slices(*state.tracer, rays, state.appearances, kept.first, kept.count, block);
     }
-    if (kept.count == 0) return;
-    w.n_hits += trace_slices(*state.tracer, rays, state.appearances, kept.first, kept.count, block);
     RayRange through_media;
     if (media_extent) {
       through_media = rays_inside(plan.fan, media_extent->angles(first_along_m, last_along_m));
     }
-    for (std::size_t s = 0; s < n_slices; ++s) {
-      Slice& slice = block.slices[s];
+    const auto render_kept = [&](Slice& slice) {
       if (ground) {
         ground->fill(slice);
       } else {
@@ -181,32 +209,44 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
       }
       if (through_media.count > 0) {
         state.media.apply(rays, plan.integrator, through_media.first,
-                          through_media.first + through_media.count, slice, w.media_scratch, w.bins);
+                          through_media.first + through_media.count, slice, w.media_scratch, w.bins,
+                          w.layers ? &*w.layers : nullptr);
       }
-      deposit_slice(slice, slice_scene, w.bins);
+      deposit_slice(slice, slice_scene, w.bins, sink(w));
+    };
+    for (std::size_t s = 0; s < n_slices; ++s) {
+      if (w.layers) w.layers->begin_slice();
+      if (ground) render_ground_around(kept, block.slices[s], w);
+      if (kept.count > 0) render_kept(block.slices[s]);
+      if (w.layers) w.layers->end_slice();
     }
   };
 
   std::vector<Worker> workers(static_cast<std::size_t>(thread_count()));
+  if (layer_view) {
+    for (Worker& w : workers) w.layers.emplace(*layer_view, plan.layers.layers);
+  }
+  // β⁰ = (r_j Δθ / Δr) × sum over k, averaged over the row's slices.
+  std::vector<double> beta0_per_mass;
+  for (int j = 0; j < a.n_range; ++j) {
+    beta0_per_mass.push_back(plan.fan.step_rad / (a.range_spacing_m * plan.n_sub_rows) * a.range_m(j));
+  }
   std::atomic<std::size_t> n_rows_done{0};
   const auto render_rows = [&](std::size_t begin, std::size_t end, int worker) {
     Worker& w = workers[static_cast<std::size_t>(worker)];
     for (std::size_t i = begin; i < end; ++i) {
       monitor.check();
       w.bins.assign(static_cast<std::size_t>(a.n_range), 0.0);
+      if (w.layers) w.layers->begin_row();
       const double row_start_m = a.row_offset_m(static_cast<double>(i) - 0.5);
       constexpr int kBlock = static_cast<int>(RayTracer::kRowsPerBlock);
       for (int sub = 0; sub < plan.n_sub_rows; sub += kBlock) {
         render_slices(row_start_m + (sub + 0.5) * slice_width_m,
                       static_cast<std::size_t>(std::min(kBlock, plan.n_sub_rows - sub)), w);
       }
-      // β⁰ = (r_j Δθ / Δr) × sum over k, averaged over the row's slices.
-      const double factor = plan.fan.step_rad / (a.range_spacing_m * plan.n_sub_rows);
       const auto row = view.beta0.row(static_cast<int>(i));
-      for (int j = 0; j < a.n_range; ++j) {
-        row[static_cast<std::size_t>(j)] = static_cast<float>(
-            w.bins[static_cast<std::size_t>(j)] * factor * a.range_m(j));
-      }
+      for (std::size_t j = 0; j < row.size(); ++j) row[j] = static_cast<float>(w.bins[j] * beta0_per_mass[j]);
+      if (w.layers) w.layers->end_row(static_cast<int>(i), beta0_per_mass, view.layers);
       // One worker reports for all: reports must not overlap.
       const std::size_t done = ++n_rows_done;
       if (worker == 0) monitor.report("rendering rows", done, static_cast<std::uint64_t>(a.n_azimuth));

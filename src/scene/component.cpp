@@ -12,12 +12,19 @@
 namespace sarnerf {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, Component>, 12> kWords{{
+constexpr std::array<std::pair<std::string_view, Component>, 19> kWords{{
     {"ground", Component::ground},
     {"floor", Component::ground},
     {"terrain", Component::ground},
     {"road", Component::ground},
     {"field", Component::ground},
+    {"pavement", Component::ground},
+    {"street", Component::ground},
+    {"grass", Component::ground},
+    {"lawn", Component::ground},
+    {"soil", Component::ground},
+    {"sand", Component::ground},
+    {"water", Component::ground},
     {"wall", Component::wall},
     {"walls", Component::wall},
     {"facade", Component::wall},

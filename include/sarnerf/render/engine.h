@@ -9,6 +9,7 @@
 #include "sarnerf/core/monitor.h"
 #include "sarnerf/geometry/ray_grid.h"
 #include "sarnerf/mpa/integrator.h"
+#include "sarnerf/render/layers.h"
 
 namespace sarnerf {
 
@@ -25,6 +26,7 @@ struct ViewPlan {
   Fan fan;
   int n_sub_rows = 1;
   Integrator integrator = Integrator::exact;
+  LayerRequest layers;            ///< none unless the caller sets it
   std::uint64_t n_grid_rays = 0;  ///< rows × sub-rows × elevations
   std::uint64_t n_kept_rays = 0;  ///< rays that meet the scene's box: the only ones generated
   std::uint64_t memory_bytes = 0; ///< image and scratch, without scene and BVH
@@ -36,10 +38,14 @@ struct ViewPlan {
 /// One rendered view.
 struct RenderedView {
   Image<float> beta0;  ///< radar brightness, linear power, [n_azimuth × n_range]
+  Layers layers;       ///< those that the plan asks for
   std::uint64_t n_hits = 0;
   double trace_and_deposit_s = 0.0;
   std::vector<std::string> warnings;  ///< a blank image says why here
 };
+
+/// Asks for layers beside the image of a planned view: counts their memory, says what is left out.
+void request_layers(ViewPlan& plan, const LayerRequest& request);
 
 /// What makes images of a scene: built once, then used for any number of views, on any number of threads.
 class Engine {

@@ -15,8 +15,9 @@ enum class Component : std::uint8_t { none = 0, ground = 1, wall = 2, roof = 3, 
 /// "none", "ground", "wall", "roof", "other".
 std::string_view name(Component component);
 
-/// The component that a name speaks of, as a whole word in any case: ground, floor, terrain, road, field |
-/// wall, facade, side | roof, top; none if it speaks of none.
+/// The component that a name speaks of, as a whole word in any case: ground, floor, terrain, road, field,
+/// pavement, street, grass, lawn, soil, sand, water | wall, facade, side | roof, top; none if it speaks of
+/// none.
 Component component_from_words(std::string_view words);
 
 /// The component of each triangle: what its group's name says, else its material's; else a face that looks

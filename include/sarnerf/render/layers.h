@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "sarnerf/core/image.h"
+#include "sarnerf/scene/component.h"
+
+namespace sarnerf {
+
+/// What can be had beside an image, pixel by pixel (docs/layers.md).
+enum class Layer : std::uint8_t {
+  ground,      ///< β⁰ of the ground alone; linear power
+  wall,        ///< β⁰ of walls
+  roof,        ///< β⁰ of roofs
+  other,       ///< β⁰ of everything else; the four add up to the image
+  mask,        ///< shadow and layover, a MaskValue
+  incidence,   ///< degrees between ray and surface normal, mean weighted by brightness
+  elevation,   ///< metres above the reference plane, mean weighted by brightness
+  scatterers,  ///< separate scatterers in the pixel, mean over its slices
+};
+inline constexpr std::size_t kNumberOfLayers = 8;
+inline constexpr std::size_t kNumberOfComponents = 4;  ///< ground, wall, roof, other
+
+/// Values of Layer::mask, numbered as in isce3.
+enum class MaskValue : std::uint8_t { none = 0, shadow = 1, layover = 2, both = 3 };
+
+/// "ground" … "scatterers".
+std::string_view name(Layer layer);
+
+/// A set of layers.
+class LayerSet {
+ public:
+  bool has(Layer layer) const { return bits_.test(static_cast<std::size_t>(layer)); }
+  void add(Layer layer) { bits_.set(static_cast<std::size_t>(layer)); }
+  bool empty() const { return bits_.none(); }
+  bool operator==(const LayerSet&) const = default;
+
+ private:
+  std::bitset<kNumberOfLayers> bits_;
+};
+
+/// "all", "none", or names separated by commas: "wall,roof,mask". Throws UsageError for other words.
+LayerSet layers_from_text(std::string_view text);
+
+/// Which layers a view should have.
+struct LayerRequest {
+  LayerSet layers;
+  double reference_height_m = 0.0;  ///< world height of the plane that mask and elevation refer to
+};
+
+/// The layers of one view; those that were not asked for are empty images.
+struct Layers {
+  LayerSet set;
+  std::array<Image<float>, kNumberOfComponents> beta0;  ///< by Component − 1
+  Image<std::uint8_t> mask;
+  Image<float> incidence_deg;  ///< NaN where nothing with a surface scatters
+  Image<float> elevation_m;    ///< NaN where nothing scatters
+  Image<float> scatterers;
+
+  /// Makes the images asked for, of a view in which nothing scatters.
+  Layers(const LayerSet& layers, int n_azimuth, int n_range);
+  Layers() = default;
+
+  /// A float layer by its name; not for the mask.
+  Image<float>& values(Layer layer);
+  const Image<float>& values(Layer layer) const;
+};
+
+/// Bytes a pixel that these layers take.
+std::uint64_t bytes_per_pixel(const LayerSet& layers);
+
+}  // namespace sarnerf

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "layer_row.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "sarnerf/core/units.h"
+#include "trapezoid.h"
+
+namespace sarnerf {
+namespace {
+
+/// What lies within this of the reference plane is part of it: it hides the plane and casts no shadow.
+constexpr double kCoplanar_m = 1e-3;
+/// Positions on range (bins) are not known better than that.
+constexpr double kBinTolerance = 0.01;
+/// Rays between two groups that are one: less than a ray is no separation.
+constexpr double kLargestGap = 1.0;
+
+std::size_t slot(Component component) { return static_cast<std::size_t>(component) - 1; }
+
+}  // namespace
+
+LayerRow::LayerRow(const LayerView& view, const LayerSet& layers)
+    : view_(view),
+      layers_(layers),
+      groups_(layers.has(Layer::mask) || layers.has(Layer::scatterers)),
+      coplanar_bins_(std::max(kBinTolerance, kCoplanar_m / view.range_spacing_m())) {}
+
+void LayerRow::begin_row() {
+  const auto n = static_cast<std::size_t>(view_.n_range());
+  sums_.assign(n, Sums{});
+  votes_.assign(n, {});
+  n_scatterers_.assign(n, 0);
+  of_slice_.resize(n);
+  n_slices_ = 0;
+}
+
+void LayerRow::begin_slice() {
+  OfSlice fresh;
+  fresh.last_ray.fill(kNoRay);
+  std::fill(of_slice_.begin(), of_slice_.end(), fresh);
+}
+
+void LayerRow::sum(std::size_t j, Component component, double mass, double ray, double bin,
+                   double incidence_rad) {
+  Sums& s = sums_[j];
+  s.mass[slot(component)] += mass;
+  s.height += mass * view_.height_m(ray, bin);
+  if (std::isnan(incidence_rad)) return;
+  s.incidence += mass * incidence_rad;
+  s.with_incidence += mass;
+}
+
+void LayerRow::group(std::size_t j, const LayerRun& run) {
+  // The rays of the run that reach the bin.
+  double first = run.first_ray, last = run.last_ray;
+  const double span = run.last_bin - run.first_bin;
+  if (span != 0.0) {
+    const double half_smear = 0.5 * std::abs(run.smear);
+    const double near = (double(j) - half_smear - run.first_bin) / span;
+    const double far = (double(j) + 1.0 + half_smear - run.first_bin) / span;
+    const double length = run.last_ray - run.first_ray;
+    last = run.first_ray + length * std::clamp(std::max(near, far), 0.0, 1.0);
+    first = run.first_ray + length * std::clamp(std::min(near, far), 0.0, 1.0);
+  }
+  OfSlice& s = of_slice_[j];
+  double& last_of_group = s.last_ray[slot(run.component)];
+  if (!(first <= last_of_group + kLargestGap)) ++s.n_groups;
+  last_of_group = std::max(last_of_group, last);
+}
+
+void LayerRow::add(const LayerRun& run) {
+  if (!(run.mass > 0.0)) return;
+  const double low = std::min(run.first_bin, run.last_bin), high = std::max(run.first_bin, run.last_bin);
+  const double rays_per_bin = high > low ? (run.last_ray - run.first_ray) / (run.last_bin - run.first_bin) : 0.0;
+  for_each_share(sums_.size(), run.first_bin, run.last_bin, run.smear, [&](std::size_t j, double share) {
+    if (!(share > 0.0)) return;
+    // Middle of the run's part in this bin.
+    const double x = 0.5 * (std::clamp(double(j), low, high) + std::clamp(double(j) + 1.0, low, high));
+    const double ray = high > low ? run.first_ray + (x - run.first_bin) * rays_per_bin
+                                  : std::midpoint(run.first_ray, run.last_ray);
+    sum(j, run.component, run.mass * share, ray, x, run.incidence_rad);
+    if (groups_) group(j, run);
+  });
+}
+
+void LayerRow::add_ground(const LayerRun& run) {
+  if (!(run.mass > 0.0)) return;
+  for_each_share(sums_.size(), run.first_bin, run.last_bin, run.smear, [&](std::size_t j, double share) {
+    if (!(share > 0.0)) return;
+    // On the plane the height is 0, whatever the ray; NaN rays are those of bins nearer than the plane.
+    Sums& s = sums_[j];
+    const double mass = run.mass * share;
+    s.mass[slot(Component::ground)] += mass;
+    s.incidence += mass * run.incidence_rad;
+    s.with_incidence += mass;
+    of_slice_[j].ground = true;
+  });
+}
+
+void LayerRow::add_ground(std::span<const double> mass) {
+  for (std::size_t j = 0; j < mass.size(); ++j) {
+    if (!(mass[j] > 0.0)) continue;
+    Sums& s = sums_[j];
+    s.mass[slot(Component::ground)] += mass[j];
+    const double ray = view_.plane_ray(static_cast<int>(j));
+    // The nadir's bin has some ground although its middle is nearer.
+    s.incidence += mass[j] * (std::isfinite(ray) ? view_.incidence_rad(ray) : 0.0);
+    s.with_incidence += mass[j];
+    of_slice_[j].ground = true;
+  }
+}
+
+void LayerRow::hide(double first_ray, double last_ray, double first_bin, double last_bin) {
+  if (!groups_) return;
+  const auto [begin, end] = view_.plane_bins(first_ray, last_ray);
+  const double bins_per_ray = last_bin != first_bin ? (last_bin - first_bin) / (last_ray - first_ray) : 0.0;
+  for (int j = begin; j < end; ++j) {
+    const double x = first_bin + (view_.plane_ray(j) - first_ray) * bins_per_ray;
+    if (x <= j + 0.5 + coplanar_bins_) of_slice_[static_cast<std::size_t>(j)].hidden = true;
+  }
+}
+
+void LayerRow::end_slice() {
+  ++n_slices_;
+  if (!groups_) return;
+  for (std::size_t j = 0; j < of_slice_.size(); ++j) {
+    const OfSlice& s = of_slice_[j];
+    n_scatterers_[j] += static_cast<std::uint32_t>(s.n_groups) + (s.ground ? 1u : 0u);
+    const bool plane_exists = std::isfinite(view_.plane_ray(static_cast<int>(j)));
+    const bool hidden = plane_exists && s.hidden;
+    const int n = s.n_groups + (plane_exists && !hidden ? 1 : 0);
+    const MaskValue value = n >= 2 ? (hidden ? MaskValue::both : MaskValue::layover)
+                            : hidden && n == 0 ? MaskValue::shadow
+                                               : MaskValue::none;
+    ++votes_[j][static_cast<std::size_t>(value)];
+  }
+}
+
+void LayerRow::end_row(int i, std::span<const double> beta0_per_mass, Layers& layers) const {
+  constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
+  for (int j = 0; j < view_.n_range(); ++j) {
+    const auto n = static_cast<std::size_t>(j);
+    const Sums& s = sums_[n];
+    for (std::size_t c = 0; c < kNumberOfComponents; ++c) {
+      if (!layers_.has(static_cast<Layer>(c))) continue;
+      layers.beta0[c](i, j) = static_cast<float>(s.mass[c] * beta0_per_mass[n]);
+    }
+    const double mass = std::accumulate(s.mass.begin(), s.mass.end(), 0.0);
+    if (layers_.has(Layer::elevation)) {
+      layers.elevation_m(i, j) = mass > 0.0 ? static_cast<float>(s.height / mass) : kNothing;
+    }
+    if (layers_.has(Layer::incidence)) {
+      layers.incidence_deg(i, j) =
+          s.with_incidence > 0.0 ? static_cast<float>(deg_from_rad(s.incidence / s.with_incidence)) : kNothing;
+    }
+    if (layers_.has(Layer::scatterers)) {
+      layers.scatterers(i, j) = static_cast<float>(double(n_scatterers_[n]) / n_slices_);
+    }
+    if (layers_.has(Layer::mask)) {
+      // Ties go to the greater value: it says more.
+      const auto& votes = votes_[n];
+      std::size_t most = 3;
+      for (std::size_t value = 3; value-- > 0;) {
+        if (votes[value] > votes[most]) most = value;
+      }
+      layers.mask(i, j) = static_cast<std::uint8_t>(most);
+    }
+  }
+}
+
+}  // namespace sarnerf
