@@ -82,7 +82,7 @@ void LayerRow::add(const LayerRun& run) {
     const double ray = high > low ? run.first_ray + (x - run.first_bin) * rays_per_bin
                                   : std::midpoint(run.first_ray, run.last_ray);
     sum(j, run.component, run.mass * share, ray, x, run.incidence_rad);
-    if (groups_) group(j, run);
+    if (groups_ && run.counts) group(j, run);
   });
 }
 
@@ -121,6 +121,11 @@ void LayerRow::hide(double first_ray, double last_ray, double first_bin, double 
     const double x = first_bin + (view_.plane_ray(j) - first_ray) * bins_per_ray;
     if (x <= j + 0.5 + coplanar_bins_) of_slice_[static_cast<std::size_t>(j)].hidden = true;
   }
+}
+
+void LayerRow::hide_behind(int k) {
+  constexpr double kNearest = -std::numeric_limits<double>::infinity();
+  hide(k - 0.5, k + 0.5, kNearest, kNearest);
 }
 
 void LayerRow::end_slice() {

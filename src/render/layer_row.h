@@ -21,6 +21,7 @@ struct LayerRun {
   double first_bin = 0.0, last_bin = 0.0;  ///< bin coordinates there
   double smear = 0.0;                      ///< bins over the slice's width
   double incidence_rad = kNoIncidence;     ///< between ray and normal
+  bool counts = true;                      ///< as a scatterer
 
   static constexpr double kNoIncidence = std::numeric_limits<double>::quiet_NaN();
 };
@@ -50,6 +51,9 @@ class LayerRow {
 
   /// Says that whatever lies between these rays at these bins hides the reference plane behind it.
   void hide(double first_ray, double last_ray, double first_bin, double last_bin);
+
+  /// The same for whatever ray k met.
+  void hide_behind(int k);
 
   void end_slice();
 

@@ -26,8 +26,6 @@ constexpr int kMaxSubRays = 64;
 
 /// Two-way optical depth that leaves half of the power.
 constexpr double kHalfPower = std::numbers::ln2;
-/// Nearer than any bin.
-constexpr double kNearest = -std::numeric_limits<double>::infinity();
 
 /// Gives the layers what each segment of the scratch contributes.
 void add_layers(const MediaScratch& scratch, LayerRow& layers) {
@@ -166,7 +164,7 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
     if (layers != nullptr) {
       const double plane_bin = layers->view().plane_bin(k);
       if (std::isfinite(plane_bin) && depth_before(plane_bin, spacing_m, boundaries) > kHalfPower) {
-        layers->hide(k - 0.5, k + 0.5, kNearest, kNearest);
+        layers->hide_behind(k);
       }
     }
 
