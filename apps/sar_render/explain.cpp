@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "formation.h"
+#include "layer_files.h"
 #include "values.h"
 
 namespace sarnerf::app {
@@ -109,6 +110,12 @@ void add_cost(const Job& job, Table& table) {
                                                    : ""));
 }
 
+void add_layers(const Job& job, Table& table) {
+  if (!job.options.layers.empty()) {
+    table.add("layers", layers_line(job.options.layers) + format("; reference plane at %.6g m", job.reference_height_m));
+  }
+}
+
 void add_choices(const Job& job, Table& table) {
   if (!job.framing.empty()) table.add("chosen", job.framing);
   const char* of_first = job.plans.size() > 1 ? " [first view]" : "";
@@ -126,6 +133,7 @@ std::string explain(const Job& job, const std::string& place) {
   add_scene(job, table);
   add_views(job, table);
   add_formation(job, table);
+  add_layers(job, table);
   add_choices(job, table);
   add_cost(job, table);
   table.add("output", place);

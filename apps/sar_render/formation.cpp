@@ -12,6 +12,18 @@ ImpulseResponse response_of(const Options& o) {
   return impulse_response(o.formation, o.spacing_m.first, o.spacing_m.second);
 }
 
+template <class T>
+Image<T> cut(Image<T> image, const Border& border) {
+  if (border.azimuth == 0 && border.range == 0) return image;
+  Image<T> inside(image.n_azimuth() - 2 * border.azimuth, image.n_range() - 2 * border.range);
+  for (int i = 0; i < inside.n_azimuth(); ++i) {
+    const auto from = image.row(i + border.azimuth)
+                          .subspan(static_cast<std::size_t>(border.range), inside.row(i).size());
+    std::copy(from.begin(), from.end(), inside.row(i).begin());
+  }
+  return inside;
+}
+
 }  // namespace
 
 Border border_of(const Options& o) {
@@ -27,14 +39,11 @@ Acquisition widened(Acquisition acquisition, const Border& border) {
 }
 
 Image<float> without_border(Image<float> image, const Border& border) {
-  if (border.azimuth == 0 && border.range == 0) return image;
-  Image<float> inside(image.n_azimuth() - 2 * border.azimuth, image.n_range() - 2 * border.range);
-  for (int i = 0; i < inside.n_azimuth(); ++i) {
-    const auto from = image.row(i + border.azimuth)
-                          .subspan(static_cast<std::size_t>(border.range), inside.row(i).size());
-    std::copy(from.begin(), from.end(), inside.row(i).begin());
-  }
-  return inside;
+  return cut(std::move(image), border);
+}
+
+Image<std::uint8_t> without_border(Image<std::uint8_t> image, const Border& border) {
+  return cut(std::move(image), border);
 }
 
 std::uint64_t formation_memory_bytes(const ImageFormation& formation, const Acquisition& acquisition) {

@@ -26,6 +26,7 @@ Border border_of(const Options& options);
 Acquisition widened(Acquisition acquisition, const Border& border);
 
 Image<float> without_border(Image<float> image, const Border& border);
+Image<std::uint8_t> without_border(Image<std::uint8_t> image, const Border& border);
 
 /// Bytes that forming this view's image takes beside the image.
 std::uint64_t formation_memory_bytes(const ImageFormation& formation, const Acquisition& acquisition);

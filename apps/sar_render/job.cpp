@@ -83,6 +83,7 @@ void make_plans(Job& job, const Monitor& monitor) {
       const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
       validate(acquisition);
       job.plans[n] = job.built.engine->plan(widened(acquisition, job.border), job.options.sampling);
+      request_layers(job.plans[n], {job.options.layers, job.reference_height_m});
       job.plans[n].memory_bytes += formation_memory_bytes(job.options.formation, job.plans[n].acquisition);
     }
   });

@@ -19,6 +19,8 @@ constexpr std::uint64_t kProgramBytes = 48'000'000;
 /// the percentile is taken. The image itself is in the plan.
 constexpr std::uint64_t kProductBytesPerPixel = 14;
 constexpr std::uint64_t kImageBytesPerPixel = 4;
+/// Of each layer while it becomes files: encoded, as colours, and these encoded.
+constexpr std::uint64_t kLayerCopies = 3;
 
 std::uint64_t n_pixels(const std::pair<int, int>& size) {
   return std::uint64_t(size.first) * std::uint64_t(size.second);
@@ -56,7 +58,8 @@ std::uint64_t scene_bytes(const Scene& scene) {
 std::uint64_t largest_plan_bytes(const Job& job) {
   std::uint64_t largest = 0;
   for (const ViewPlan& plan : job.plans) largest = std::max(largest, plan.memory_bytes);
-  return largest + n_pixels(*job.options.size) * kProductBytesPerPixel;
+  const std::uint64_t layer_bytes = kLayerCopies * bytes_per_pixel(job.options.layers);
+  return largest + n_pixels(*job.options.size) * (kProductBytesPerPixel + layer_bytes);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ struct Texts {
   std::string units = "m", scale = "1", up = "y", materials, ground, ground_height = "auto";
   std::string resolution, window = "none", looks = "inf", nesz = "none", seed = "1";
   std::string engine = "auto", voxel_size = "auto", extinction_per_density = "1", save_volume, elevations = "auto", sub_rows = "auto", integrator = "exact";
-  std::string output;
+  std::string layers = "none", output;
   bool overwrite = false, explain = false, dry_run = false;
 };
 
@@ -101,6 +101,8 @@ void add_options(CommandLine& command, Texts& t) {
       "For volumes: exact, midpoint, paper, paper-gated");
 
   group = "Output";
+  add("--layers", t.layers, "LIST|all|none",
+      "Beside the image: ground, wall, roof, other, mask, incidence, elevation, scatterers");
   add("-o,--output", t.output, "NAME", "File name without ending, or folder; default SCENE_sar");
   p.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same")
       ->group(group);
@@ -227,6 +229,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool altitude_given)
   o.sampling.n_sub_rows = count_or_auto("--sub-rows", t.sub_rows);
   o.sampling.integrator = integrator_from_name(t.integrator);
 
+  o.layers = layers_from_text(t.layers);
   o.output = t.output;
   o.overwrite = t.overwrite;
   o.explain = t.explain || t.dry_run;

@@ -43,6 +43,10 @@ ImagePaths image_paths(const Options& options) {
           with_ending(base, ".json")};
 }
 
+std::filesystem::path ImagePaths::layer(const std::string& ending) const {
+  return with_ending(tiff.parent_path() / tiff.stem(), ending.c_str());
+}
+
 std::filesystem::path sweep_folder(const Options& options) {
   const std::filesystem::path folder = options.output.empty() ? default_name(options) : options.output;
   return folder.has_filename() ? folder : folder.parent_path();

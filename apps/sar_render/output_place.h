@@ -12,6 +12,9 @@ namespace sarnerf::app {
 struct ImagePaths {
   std::filesystem::path tiff, png, report;
   std::filesystem::path recipe;  ///< appears last: where it is, the others are whole
+
+  /// The file of a layer, by its ending.
+  std::filesystem::path layer(const std::string& ending) const;
 };
 ImagePaths image_paths(const Options& options);
 

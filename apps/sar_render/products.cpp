@@ -26,6 +26,19 @@ void require_finite(const Image<float>& image, const DatasetView& view) {
   }
 }
 
+/// Brings the layers to the image's size and calibration. They stay linear power.
+void prepare_layers(Layers& layers, const Job& job, const Acquisition& acquisition) {
+  for (std::size_t n = 0; n < kNumberOfLayers; ++n) {
+    const auto layer = static_cast<Layer>(n);
+    if (layer == Layer::mask || !layers.set.has(layer)) continue;
+    layers.values(layer) = without_border(std::move(layers.values(layer)), job.border);
+    if (n < kNumberOfComponents) {
+      calibrate(layers.values(layer), acquisition, job.reference_height_m, job.options.calibration);
+    }
+  }
+  if (layers.set.has(Layer::mask)) layers.mask = without_border(std::move(layers.mask), job.border);
+}
+
 }  // namespace
 
 Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
@@ -45,6 +58,9 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   if (!outside.empty() && !said) products.warnings.push_back(outside);
 
   Image<float>& image = rendered.beta0;
+  // Layers are those of the mean image, before any formation.
+  Image<float> mean_image;
+  if (!job.options.layers.empty()) mean_image = without_border(image, job.border);
   if (job.options.formation.any()) {
     const Stopwatch forming;
     require_finite(image, job.views[n]);
@@ -59,7 +75,13 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
     products.formation_s = forming.seconds();
   }
 
+  Layers layers = std::move(rendered.layers);
+  if (!layers.set.empty()) prepare_layers(layers, job, acquisition);
   const Stopwatch encoding;
+  if (!layers.set.empty()) {
+    calibrate(mean_image, acquisition, job.reference_height_m, job.options.calibration);
+    products.layers = encode_layers(layers, mean_image);
+  }
   const int n_bins = calibrate(image, acquisition, job.reference_height_m, job.options.calibration);
   if (n_bins > 0) {
     products.warnings.push_back("the nearest " + std::to_string(n_bins) +

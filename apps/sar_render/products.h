@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "job.h"
+#include "layer_files.h"
 
 namespace sarnerf::app {
 
@@ -14,6 +15,7 @@ namespace sarnerf::app {
 struct Products {
   std::vector<std::byte> tiff;  ///< float32, of the calibration and quantity asked for
   std::vector<std::byte> png;   ///< display picture
+  std::vector<LayerFile> layers;  ///< those asked for
   std::uint64_t n_hits = 0;
   double trace_and_deposit_s = 0.0;
   double formation_s = 0.0;

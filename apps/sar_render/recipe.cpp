@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formation.h"
+#include "layer_files.h"
 #include "sarnerf/core/sha256.h"
 #include "version.h"
 
@@ -91,6 +92,7 @@ Json request_of(const Options& o) {
                 {"calibration", name(o.calibration)},
                 {"quantity", name(o.quantity)}};
   if (o.formation.any()) j["formation"] = formation_request(o.formation);
+  if (!o.layers.empty()) j["layers"] = layers_request(o.layers);
   j["computation"] = {{"engine", name(o.engine)},
                       {"voxel_size_m", or_auto(o.voxel_size_m)},
                       {"elevations", count_or_auto(o.sampling.n_elevation)},

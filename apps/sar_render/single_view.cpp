@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "single_view.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "output_place.h"
@@ -16,10 +17,23 @@ namespace {
 bool finished(const ImagePaths& paths, const Options& o) {
   try {
     const Image<float> image = read_image(paths.tiff);
-    return std::pair(image.n_azimuth(), image.n_range()) == *o.size &&
-           std::filesystem::exists(paths.png);
+    const auto endings = layer_endings(o.layers);
+    return std::pair(image.n_azimuth(), image.n_range()) == *o.size && std::filesystem::exists(paths.png) &&
+           std::all_of(endings.begin(), endings.end(), [&](const std::string& ending) {
+             return std::filesystem::exists(paths.layer(ending));
+           });
   } catch (const InputError&) {
     return false;
+  }
+}
+
+/// Layers of the picture that is being replaced: nothing of it should stay beside the new one.
+void remove_old_layers(const ImagePaths& paths) {
+  const auto old = read_recipe(paths.recipe);
+  if (!old || !old->value("request", Json()).contains("layers")) return;
+  std::error_code ignored;
+  for (const std::string& ending : layer_endings(all_layers())) {
+    std::filesystem::remove(paths.layer(ending), ignored);
   }
 }
 
@@ -32,7 +46,9 @@ bool finished(const ImagePaths& paths, const Options& o) {
 
 void check_single_view(const Options& options, const Json& request) {
   const ImagePaths paths = image_paths(options);
-  for (const auto& path : {paths.tiff, paths.png, paths.recipe, paths.report}) {
+  std::vector<std::filesystem::path> outputs{paths.tiff, paths.png, paths.recipe, paths.report};
+  for (const std::string& ending : layer_endings(options.layers)) outputs.push_back(paths.layer(ending));
+  for (const auto& path : outputs) {
     refuse_input(path, options);
     if (std::filesystem::is_directory(path)) {
       throw UsageError(path.string() + ": expected a place for a file, found a folder; choose another -o");
@@ -46,7 +62,8 @@ void check_single_view(const Options& options, const Json& request) {
     if (!differs.empty()) refuse(paths, differs);
     return;
   }
-  for (const auto& path : {paths.tiff, paths.png, paths.recipe}) {
+  std::erase(outputs, paths.report);
+  for (const auto& path : outputs) {
     if (std::filesystem::exists(path)) refuse(paths, path.filename().string() + " without a recipe");
   }
 }
@@ -58,8 +75,11 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   Json resolved = resolved_of(job);
   resolved["view"] = Json::parse(view_text(job.views.front()));
   const Json recipe = make_recipe(request, resolved);
-  const std::string result =
-      paths.tiff.string() + "\n" + paths.png.string() + "\n" + paths.recipe.string() + "\n";
+  std::string result = paths.tiff.string() + "\n" + paths.png.string() + "\n";
+  for (const std::string& ending : layer_endings(job.options.layers)) {
+    result += paths.layer(ending).string() + "\n";
+  }
+  result += paths.recipe.string() + "\n";
 
   if (!job.options.overwrite) {
     if (const auto found = read_recipe(paths.recipe)) {
@@ -81,6 +101,7 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   AtomicFiles files;
   files.add(paths.tiff, products.tiff);
   files.add(paths.png, products.png);
+  for (const LayerFile& layer : products.layers) files.add(paths.layer(layer.ending), layer.bytes);
   RunFigures figures;
   figures.n_rendered = 1;
   figures.n_hits = products.n_hits;
@@ -91,6 +112,7 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   figures.total_s = total.seconds();
   files.add(paths.report, report_text(job, figures));
   files.add(paths.recipe, recipe_text(recipe));
+  remove_old_layers(paths);
   // An old recipe must not vouch for new images, should the machine stop between the renames.
   std::filesystem::remove(paths.recipe);
   files.commit();

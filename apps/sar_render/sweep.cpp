@@ -71,9 +71,13 @@ class WarningList {
 /// there without its content.
 std::vector<char> finished_views(const SweepFolder& folder, const Job& job) {
   std::vector<char> finished(job.views.size(), 0);
+  const std::vector<std::string> endings = layer_endings(job.options.layers);
   parallel_for(job.views.size(), 8, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
       if (!std::filesystem::exists(folder.tiff(n)) || !std::filesystem::exists(folder.png(n))) continue;
+      if (!std::all_of(endings.begin(), endings.end(), [&](const std::string& ending) {
+            return std::filesystem::exists(folder.layer(n, ending));
+          })) continue;
       try {
         const Image<float> image = read_image(folder.tiff(n));
         finished[n] = image.n_azimuth() == job.views[n].n_azimuth &&
@@ -101,6 +105,9 @@ std::string manifest_of(const Job& job, const Json& recipe, const std::vector<ch
   provenance["recipe"] = "recipe.json";
   provenance["scene"] = recipe.at("request").at("scene");
   if (job.options.formation.any()) provenance["formation"] = recipe.at("request").at("formation");
+  if (!job.options.layers.empty()) {
+    provenance["layers"] = {{"folder", "layers"}, {"names", layers_request(job.options.layers)}};
+  }
   if (dataset.views.size() < job.views.size()) {
     provenance["unfinished"] = std::to_string(dataset.views.size()) + " of " +
                                std::to_string(job.views.size()) +
@@ -131,6 +138,7 @@ RunFigures render_views(const Job& job, const SweepFolder& folder, std::vector<c
     AtomicFiles files(Durability::process);
     files.add(folder.png(n), products.png);
     files.add(folder.tiff(n), products.tiff);
+    for (const LayerFile& layer : products.layers) files.add(folder.layer(n, layer.ending), layer.bytes);
     files.commit();
     const double write_s = writing.seconds();
     for (const std::string& text : products.warnings) warnings.add(job.views[n], n, text);
@@ -200,11 +208,11 @@ std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, C
   if (found && !job.options.overwrite) {
     const std::string differs = difference(*found, recipe);
     if (!differs.empty()) refuse(folder.path(), differs);
-    folder.create();
+    folder.create(!job.options.layers.empty());
     finished = finished_views(folder, job);
   } else {
     folder.clear();
-    folder.create();
+    folder.create(!job.options.layers.empty());
     write_file_atomically(folder.recipe(), recipe_text(recipe));
   }
 

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <vector>
 
+#include "layer_files.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/dataset/manifest.h"
 
@@ -21,6 +22,15 @@ bool is_view(const std::filesystem::path& path, std::string_view ending) {
   return path.extension() == ending && stem.size() > kStem.size() && stem.starts_with(kStem) &&
          std::all_of(stem.begin() + kStem.size(), stem.end(),
                      [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+/// A file of a view's layer: "view_007.wall.tif".
+bool is_layer(const std::filesystem::path& path) {
+  for (const std::string& ending : layer_endings(all_layers())) {
+    const std::string file = path.filename().string();
+    if (file.ends_with(ending)) return is_view(file.substr(0, file.size() - ending.size()), "");
+  }
+  return false;
 }
 
 void remove_if(const std::filesystem::path& folder,
@@ -51,13 +61,18 @@ std::string SweepFolder::image_name(std::size_t view) const { return "images/" +
 
 std::filesystem::path SweepFolder::png(std::size_t view) const { return pngs() / (stem(view) + ".png"); }
 
-void SweepFolder::create() const {
+std::filesystem::path SweepFolder::layer(std::size_t view, const std::string& ending) const {
+  return layers() / (stem(view) + ending);
+}
+
+void SweepFolder::create(bool with_layers) const {
   make_folder(images());
   make_folder(pngs());
+  if (with_layers) make_folder(layers());
 }
 
 bool SweepFolder::occupied() const {
-  const auto paths = {recipe(), manifest(), images(), pngs()};
+  const auto paths = {recipe(), manifest(), images(), pngs(), layers()};
   return std::any_of(paths.begin(), paths.end(),
                      [](const auto& path) { return std::filesystem::exists(path); });
 }
@@ -67,11 +82,14 @@ void SweepFolder::clear() const {
   std::filesystem::remove(report());
   remove_if(images(), [](const auto& path) { return is_view(path, ".tif"); });
   remove_if(pngs(), [](const auto& path) { return is_view(path, ".png"); });
+  remove_if(layers(), is_layer);
+  std::error_code not_empty;
+  std::filesystem::remove(layers(), not_empty);
   std::filesystem::remove(recipe());
 }
 
 void SweepFolder::remove_temporary_files() const {
-  for (const auto& folder : {folder_, images(), pngs()}) remove_if(folder, AtomicFiles::is_temporary);
+  for (const auto& folder : {folder_, images(), pngs(), layers()}) remove_if(folder, AtomicFiles::is_temporary);
 }
 
 }  // namespace sarnerf::app

@@ -23,8 +23,11 @@ class SweepFolder {
   std::string image_name(std::size_t view) const;
   std::filesystem::path tiff(std::size_t view) const { return folder_ / image_name(view); }
   std::filesystem::path png(std::size_t view) const;
+  std::filesystem::path layers() const { return folder_ / "layers"; }
+  /// "layers/view_007.wall.tif" for ".wall.tif".
+  std::filesystem::path layer(std::size_t view, const std::string& ending) const;
 
-  void create() const;
+  void create(bool with_layers) const;
 
   /// Whether anything of a sweep is there.
   bool occupied() const;

@@ -8,17 +8,15 @@
 #include "codec.h"
 
 namespace sarnerf {
-namespace {
 
-/// The value that this share of the positive pixels does not exceed, or 0 without any.
-float percentile_of_positive(const Image<float>& image, double percentile) {
+float white_level(const Image<float>& image, const DisplayRange& range) {
   std::vector<float> positive;
   positive.reserve(image.pixels().size());
   for (const float p : image.pixels()) {
     if (p > 0.0f) positive.push_back(p);
   }
   if (positive.empty()) return 0.0f;
-  const double rank = std::ceil(percentile / 100.0 * double(positive.size()));
+  const double rank = std::ceil(range.percentile / 100.0 * double(positive.size()));
   const auto last = static_cast<std::ptrdiff_t>(positive.size()) - 1;
   const auto nth =
       positive.begin() + std::clamp(static_cast<std::ptrdiff_t>(rank) - 1, std::ptrdiff_t{0}, last);
@@ -26,13 +24,19 @@ float percentile_of_positive(const Image<float>& image, double percentile) {
   return *nth;
 }
 
-}  // namespace
+double level_db(float level, Quantity quantity) {
+  return (quantity == Quantity::power ? 10.0 : 20.0) * std::log10(double(level));
+}
 
 Image<std::uint8_t> display_levels(const Image<float>& image, Quantity quantity,
                                    const DisplayRange& range) {
+  return display_levels(image, quantity, white_level(image, range), range);
+}
+
+Image<std::uint8_t> display_levels(const Image<float>& image, Quantity quantity, float white,
+                                   const DisplayRange& range) {
   Image<std::uint8_t> levels(image.n_azimuth(), image.n_range(), 0);
-  const float white = percentile_of_positive(image, range.percentile);
-  if (white == 0.0f) return levels;
+  if (!(white > 0.0f)) return levels;
   const float db_per_decade = quantity == Quantity::power ? 10.0f : 20.0f;
   const float levels_per_decade = db_per_decade * 255.0f / static_cast<float>(range.range_db);
   for (std::size_t n = 0; n < image.pixels().size(); ++n) {

@@ -60,15 +60,19 @@ Image<float> from_mat(const cv::Mat& mat, const std::string& where) {
   return image;
 }
 
-}  // namespace
-
-std::vector<std::byte> encode_tiff(const Image<float>& image) {
+template <class T>
+std::vector<std::byte> tiff_of(const Image<T>& image, int type) {
   if (image.pixels().empty()) throw UsageError("an image file needs at least one pixel");
-  const cv::Mat mat(image.n_azimuth(), image.n_range(), CV_32FC1,
-                    const_cast<float*>(image.pixels().data()));
+  const cv::Mat mat(image.n_azimuth(), image.n_range(), type, const_cast<T*>(image.pixels().data()));
   // OpenCV's default compression depends on the type of the pixels; 1 is none.
   return encode(".tif", mat, {cv::IMWRITE_TIFF_COMPRESSION, 1});
 }
+
+}  // namespace
+
+std::vector<std::byte> encode_tiff(const Image<float>& image) { return tiff_of(image, CV_32FC1); }
+
+std::vector<std::byte> encode_tiff(const Image<std::uint8_t>& image) { return tiff_of(image, CV_8UC1); }
 
 Image<float> read_image(const std::filesystem::path& path) {
   const std::string where = path.string();

@@ -67,7 +67,7 @@ void LayerRow::group(std::size_t j, const LayerRun& run) {
   }
   OfSlice& s = of_slice_[j];
   double& last_of_group = s.last_ray[slot(run.component)];
-  if (!(first <= last_of_group + kLargestGap)) ++s.n_groups;
+  if (!(first <= last_of_group + kLargestGap)) ++(run.component == Component::ground ? s.n_ground_groups : s.n_groups);
   last_of_group = std::max(last_of_group, last);
 }
 
@@ -113,19 +113,22 @@ void LayerRow::add_ground(std::span<const double> mass) {
   }
 }
 
-void LayerRow::hide(double first_ray, double last_ray, double first_bin, double last_bin) {
+void LayerRow::hide(Component by, double first_ray, double last_ray, double first_bin, double last_bin) {
   if (!groups_) return;
   const auto [begin, end] = view_.plane_bins(first_ray, last_ray);
   const double bins_per_ray = last_bin != first_bin ? (last_bin - first_bin) / (last_ray - first_ray) : 0.0;
   for (int j = begin; j < end; ++j) {
     const double x = first_bin + (view_.plane_ray(j) - first_ray) * bins_per_ray;
-    if (x <= j + 0.5 + coplanar_bins_) of_slice_[static_cast<std::size_t>(j)].hidden = true;
+    if (!(x <= j + 0.5 + coplanar_bins_)) continue;
+    OfSlice& s = of_slice_[static_cast<std::size_t>(j)];
+    s.hidden = true;
+    s.hidden_by_object |= by != Component::ground;
   }
 }
 
 void LayerRow::hide_behind(int k) {
   constexpr double kNearest = -std::numeric_limits<double>::infinity();
-  hide(k - 0.5, k + 0.5, kNearest, kNearest);
+  hide(Component::other, k - 0.5, k + 0.5, kNearest, kNearest);
 }
 
 void LayerRow::end_slice() {
@@ -133,11 +136,11 @@ void LayerRow::end_slice() {
   if (!groups_) return;
   for (std::size_t j = 0; j < of_slice_.size(); ++j) {
     const OfSlice& s = of_slice_[j];
-    n_scatterers_[j] += static_cast<std::uint32_t>(s.n_groups) + (s.ground ? 1u : 0u);
+    n_scatterers_[j] += static_cast<std::uint32_t>(s.n_groups + s.n_ground_groups + (s.ground ? 1 : 0));
     const bool plane_exists = std::isfinite(view_.plane_ray(static_cast<int>(j)));
     const bool hidden = plane_exists && s.hidden;
-    const int n = s.n_groups + (plane_exists && !hidden ? 1 : 0);
-    const MaskValue value = n >= 2 ? (hidden ? MaskValue::both : MaskValue::layover)
+    const int n = s.n_groups + std::max(s.n_ground_groups, plane_exists && !hidden ? 1 : 0);
+    const MaskValue value = n >= 2 ? (s.hidden_by_object ? MaskValue::both : MaskValue::layover)
                             : hidden && n == 0 ? MaskValue::shadow
                                                : MaskValue::none;
     ++votes_[j][static_cast<std::size_t>(value)];

@@ -29,7 +29,8 @@ struct LayerRun {
 /// Gathers the layers of one azimuth row, slice by slice, from either engine. Scratch of one worker.
 ///
 /// Scatterers of a bin are the maximal groups of neighbouring rays that contribute to it from one
-/// component; the reference plane, where it is seen, is one more for the mask whether or not it scatters.
+/// component. For the mask the ground is one of them wherever it is seen: the reference plane whether or not
+/// it scatters, or a mesh of component ground in its place, which cannot lay over itself by a finger's height.
 /// Cost: some ten nanoseconds a bin that a run touches, and a nanosecond or two a bin of each slice.
 class LayerRow {
  public:
@@ -49,10 +50,10 @@ class LayerRow {
   /// What the infinite ground gives each bin of the slice, in the units of LayerRun::mass.
   void add_ground(std::span<const double> mass);
 
-  /// Says that whatever lies between these rays at these bins hides the reference plane behind it.
-  void hide(double first_ray, double last_ray, double first_bin, double last_bin);
+  /// Says that what lies between these rays at these bins hides the reference plane behind it.
+  void hide(Component by, double first_ray, double last_ray, double first_bin, double last_bin);
 
-  /// The same for whatever ray k met.
+  /// The same for an object somewhere on ray k.
   void hide_behind(int k);
 
   void end_slice();
@@ -70,9 +71,11 @@ class LayerRow {
   };
   struct OfSlice {
     std::array<double, kNumberOfComponents> last_ray;  ///< of the group that each component is in
-    int n_groups = 0;
-    bool hidden = false;         ///< the reference plane
-    bool ground = false;         ///< the infinite ground contributes
+    int n_groups = 0;                 ///< of anything but ground
+    int n_ground_groups = 0;          ///< of meshes that are ground
+    bool hidden = false;              ///< the reference plane, by anything
+    bool hidden_by_object = false;    ///< by something that is not ground itself
+    bool ground = false;              ///< the infinite ground contributes
   };
 
   void sum(std::size_t j, Component component, double mass, double ray, double bin, double incidence_rad);

@@ -39,7 +39,7 @@ void add_run(const ViewRays& rays, const Slice& slice, const SliceRun& run, cons
     } else {
       part.incidence_rad = std::midpoint(angle(slice.cosine[a]), angle(slice.cosine[b]));
       sink.row->add(part);
-      sink.row->hide(part.first_ray, part.last_ray, part.first_bin, part.last_bin);
+      sink.row->hide(here, part.first_ray, part.last_ray, part.first_bin, part.last_bin);
     }
     a = b + 1;
   }

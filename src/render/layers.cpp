@@ -11,12 +11,6 @@ namespace {
 constexpr std::array<std::string_view, kNumberOfLayers> kNames{
     "ground", "wall", "roof", "other", "mask", "incidence", "elevation", "scatterers"};
 
-LayerSet all_layers() {
-  LayerSet all;
-  for (std::size_t n = 0; n < kNumberOfLayers; ++n) all.add(static_cast<Layer>(n));
-  return all;
-}
-
 Layer layer_from_name(std::string_view word) {
   std::string known;
   for (std::size_t n = 0; n < kNumberOfLayers; ++n) {
@@ -29,6 +23,12 @@ Layer layer_from_name(std::string_view word) {
 }  // namespace
 
 std::string_view name(Layer layer) { return kNames[static_cast<std::size_t>(layer)]; }
+
+LayerSet all_layers() {
+  LayerSet all;
+  for (std::size_t n = 0; n < kNumberOfLayers; ++n) all.add(static_cast<Layer>(n));
+  return all;
+}
 
 LayerSet layers_from_text(std::string_view text) {
   if (text == "all") return all_layers();

@@ -18,7 +18,7 @@ TEST_CASE("grey falls linearly with decibels, whatever the scale and the quantit
     }
     const auto levels = display_levels(power, Quantity::power);
     for (int j = 0; j < 100; ++j) {
-      const double expected = std::max(0.0, 255.0 * (1.0 - (99 - j) / 50.0));
+      const double expected = std::max(0.0, 255.0 * (1.0 - (99 - j) / 40.0));
       CHECK(std::abs(levels(0, j) - expected) <= 0.51);
     }
     const auto same = display_levels(amplitude, Quantity::amplitude);
@@ -36,6 +36,18 @@ TEST_CASE("one glint in a thousand does not darken the picture, nor do empty pix
   CHECK(levels(0, 0) == 255);
   CHECK(levels(3, 3) == 255);
   CHECK(levels(30, 3) == 0);
+}
+
+TEST_CASE("pictures with one white level keep the ratios between images") {
+  Image<float> bright(10, 10, 2.0f), dark(10, 10, 0.02f);
+  CHECK(white_level(bright) == 2.0f);
+  CHECK(level_db(2.0f, Quantity::power) == Approx(3.0103));
+  CHECK(level_db(2.0f, Quantity::amplitude) == Approx(6.0206));
+  CHECK(display_levels(dark, Quantity::power)(0, 0) == 255);
+  // 20 dB below white: half of the 40 dB.
+  CHECK(std::abs(display_levels(dark, Quantity::power, 2.0f)(0, 0) - 127.5) <= 0.51);
+  CHECK(display_levels(bright, Quantity::power, 0.02f)(0, 0) == 255);
+  CHECK(display_levels(bright, Quantity::power, 0.0f)(0, 0) == 0);
 }
 
 TEST_CASE("blank and negative pixels are black") {

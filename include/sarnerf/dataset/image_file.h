@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -12,6 +13,9 @@ namespace sarnerf {
 /// The bytes of a one-channel float32 TIFF without compression: every value comes back bit for bit.
 /// Rows and columns are those of the image. Depends on nothing but the pixels. About 4 bytes a pixel.
 std::vector<std::byte> encode_tiff(const Image<float>& image);
+
+/// The same of an 8-bit image.
+std::vector<std::byte> encode_tiff(const Image<std::uint8_t>& image);
 
 /// Reads a float32 or float64 TIFF, or an 8- or 16-bit PNG, JPEG or TIFF. Integer codes become floats
 /// of the same value (physical value = code × the dataset's scale); colour files are accepted where

@@ -45,6 +45,8 @@ class LayerSet {
   std::bitset<kNumberOfLayers> bits_;
 };
 
+LayerSet all_layers();
+
 /// "all", "none", or names separated by commas: "wall,roof,mask". Throws UsageError for other words.
 LayerSet layers_from_text(std::string_view text);
 
