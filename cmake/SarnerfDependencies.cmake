@@ -3,6 +3,7 @@ find_package(glm REQUIRED)
 find_package(TBB CONFIG REQUIRED)
 find_package(nlohmann_json CONFIG REQUIRED)
 find_package(CLI11 CONFIG REQUIRED)
+find_package(tomlplusplus CONFIG REQUIRED)
 include(OpenCVTargets)
 
 if(SARNERF_SIMULATOR)

@@ -6,6 +6,7 @@
 
 #include "config_file.h"
 #include "console.h"
+#include "option_names.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "values.h"
@@ -19,6 +20,18 @@ constexpr const char* kGroup = "Program";
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
+}
+
+/// The arguments that no option took, in words of their own: the parser lists them last first.
+std::string unexpected_text(const CLI::App& parser) {
+  const std::vector<std::string> unexpected = parser.remaining();
+  for (const std::string& argument : unexpected) {
+    if (!argument.starts_with('-')) continue;
+    const auto begin = std::min(argument.find_first_not_of('-'), argument.size());
+    const std::string name = argument.substr(begin, argument.find('=') - begin);
+    return "unknown option " + argument + did_you_mean(parser, name, "--");
+  }
+  return "unexpected argument '" + (unexpected.empty() ? "" : unexpected.front()) + "'";
 }
 
 /// Types and defaults as "TYPE [default]", whatever the version of CLI11.
@@ -57,7 +70,7 @@ void CommandLine::add_shared_options() {
       ->type_name("BYTES|none")->capture_default_str()->group(kGroup);
   parser_.add_flag("-q,--quiet", quiet_, "Print warnings and errors only")->group(kGroup);
   parser_.add_flag("-v,--verbose", verbose_, "Print details")->group(kGroup);
-  parser_.set_config("--config", "", "Options from a TOML file (name = value); the command line wins")
+  parser_.set_config("--config", "", "Options and scene from a file of lines name = value; the command line wins")
       ->type_name("FILE")->group(kGroup);
   parser_.set_version_flag("--version", parser_.get_name() + " " + std::string(kVersion),
                            "Print the version and exit")->group(kGroup);
@@ -73,9 +86,8 @@ bool CommandLine::parse(int argc, char** argv) {
     print_result(std::string(e.what()) + "\n");
   } catch (const CLI::FileError& e) {
     throw InputError("--config: " + one_line(e.what()) + "; expected an existing TOML file");
-  } catch (const CLI::ConfigError& e) {
-    throw InputError("--config: " + one_line(e.what()) +
-                     "; expected lines such as pitch = 45, with the names of the options");
+  } catch (const CLI::ExtrasError&) {
+    throw UsageError(unexpected_text(parser_) + "; " + parser_.get_name() + " --help lists the options");
   } catch (const CLI::ParseError& e) {
     throw UsageError(one_line(e.what()) + "; " + parser_.get_name() + " --help lists the options");
   }

@@ -99,6 +99,20 @@ std::vector<double> parse_angles_deg(std::string_view option, std::string_view t
   return angles;
 }
 
+std::string unmet_end(std::string_view option, std::string_view text) {
+  for (const std::string_view item : split(text, ",")) {
+    const auto texts = split(item, ":");
+    if (texts.size() != 3) continue;
+    const double last = parse_angles_deg(option, item).back();
+    if (without_rounding_noise(*to_number(texts[1])) == last) continue;
+    char stop[40];
+    std::snprintf(stop, sizeof stop, "%.10g", last);
+    return std::string(option) + " " + std::string(item) + " stops at " + stop + ": its steps do not meet " +
+           std::string(texts[1]);
+  }
+  return {};
+}
+
 std::pair<int, int> parse_image_size(std::string_view option, std::string_view text) {
   constexpr std::string_view kExpected =
       "a size in pixels, azimuth x range, from 1 to 65535 a side, such as 128x128";

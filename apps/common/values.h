@@ -27,6 +27,10 @@ std::int64_t parse_whole(std::string_view option, std::string_view text, std::in
 /// separated by commas: "45", "0:350:10", "15,17,30:50:5". In the order given.
 std::vector<double> parse_angles_deg(std::string_view option, std::string_view text);
 
+/// One line when a range in the text of parse_angles_deg() does not arrive at its end, saying where it
+/// stops; else empty.
+std::string unmet_end(std::string_view option, std::string_view text);
+
 /// "128x128" or "128,128": azimuth × range; one number is a square.
 std::pair<int, int> parse_image_size(std::string_view option, std::string_view text);
 

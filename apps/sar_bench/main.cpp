@@ -6,6 +6,7 @@
 
 #include "console.h"
 #include "exit_code.h"
+#include "sarnerf/core/closest_name.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "studies.h"
@@ -24,19 +25,25 @@ struct Options {
 
 void add_common(CLI::App& command, Options& o) {
   command.add_option("scenes", o.study.scene_files,
-                     "Scene files; without any, generated spheres of 1 and 100 thousand triangles");
-  command.add_option("--scale", o.study.load.scale, "Factor on the scenes' coordinates")->capture_default_str();
-  command.add_option("--up", o.up, "Axis that points up in the files")
-      ->check(CLI::IsMember({"y", "z"}))
+                     "Scene files; without any, generated spheres of 1 and 100 thousand triangles")
+      ->type_name("FILE");
+  command.add_option("--scale", o.study.load.scale, "Factor on the scenes' coordinates")
+      ->type_name("FACTOR")
       ->capture_default_str();
-  command.add_option("--materials", o.study.load.materials_file, "Materials JSON file");
+  command.add_option("--up", o.up, "Axis that points up in the files")
+      ->type_name("y|z")
+      ->check(CLI::IsMember({"y", "z"}).description(""))
+      ->capture_default_str();
+  command.add_option("--materials", o.study.load.materials_file, "Materials JSON file")->type_name("FILE");
   command.add_option("--rounds", o.study.rounds, "Counted runs of each contender")
-      ->check(CLI::Range(3, 1000))
+      ->type_name("N")
+      ->check(CLI::Range(3, 1000).description(""))
       ->capture_default_str();
   command.add_option("--threads", o.threads, "Threads of the studies that use several")
-      ->check(CLI::PositiveNumber)
+      ->type_name("N")
+      ->check(CLI::Range(1, 4096).description(""))
       ->capture_default_str();
-  command.add_option("--json", o.json_file, "Write the result to this file, too");
+  command.add_option("--json", o.json_file, "Write the result to this file, too")->type_name("FILE");
 }
 
 nlohmann::json run_speed(const Options& o) {
@@ -60,17 +67,28 @@ nlohmann::json run_speed(const Options& o) {
   return result;
 }
 
+/// Says which study was asked for and which there are.
+[[noreturn]] void throw_unknown_study(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* study : app.get_subcommands({})) names.push_back(study->get_name());
+  const std::string expected = "expected a study (" + CLI::detail::join(names, ", ") + ")";
+  const std::vector<std::string> found = app.remaining();
+  if (found.empty()) throw sarnerf::UsageError(expected + ", found none (see --help)");
+  const std::string close = sarnerf::closest_name(found.back(), names);
+  throw sarnerf::UsageError(expected + ", found '" + found.back() + "'" + (close.empty() ? "" : " (" + close + "?)"));
+}
+
 void run(int argc, char** argv) {
   CLI::App app("Measures sarnerf: error and time, as ratios in one run, with their spread. The result "
                "is JSON on standard output.");
-  app.require_subcommand(1);
   Options o;
   CLI::App* speed = app.add_subcommand(
       "speed", "Cost of tracing and deposit beside bare Embree, of sweeps, of meshes' sizes, of memory");
   add_common(*speed, o);
   speed->add_flag("--quick", o.quick, "Leave out the studies that take minutes");
   speed->add_option("--render-flags", o.study.render_flags,
-                    "More flags for the sweeps' sar_render, as one string");
+                    "More flags for the sweeps' sar_render, as one string")
+      ->type_name("TEXT");
   CLI::App* accuracy = app.add_subcommand(
       "accuracy", "Error against time over elevation rays and sub-rows, each scene");
   add_common(*accuracy, o);
@@ -83,8 +101,10 @@ void run(int argc, char** argv) {
     app.exit(help);
     return;
   } catch (const CLI::ParseError& error) {
+    if (app.get_subcommands().empty()) throw_unknown_study(app);
     throw sarnerf::UsageError(std::string(error.what()) + " (see --help)");
   }
+  if (app.get_subcommands().empty()) throw_unknown_study(app);
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
   if (o.quick) o.study.rounds = std::min(o.study.rounds, 5);
   nlohmann::json result;

@@ -19,6 +19,19 @@ std::string format(const char* pattern, Arguments... arguments) {
   return text;
 }
 
+std::string counted(std::size_t n, const char* one, const char* many) {
+  return format("%zu %s", n, n == 1 ? one : many);
+}
+
+/// Nobody needs an estimate to the microsecond, or hours in seconds.
+std::string duration_text(double seconds) {
+  if (seconds < 0.01) return "less than 0.01 s";
+  if (seconds < 9.95) return format("about %.2g s", seconds);
+  if (seconds < 119.5) return format("about %.0f s", seconds);
+  if (seconds < 119.5 * 60) return format("about %.0f minutes", seconds / 60);
+  return format("about %.0f hours", seconds / 3600);
+}
+
 /// A table of labels and lines; a label is printed once.
 class Table {
  public:
@@ -36,7 +49,7 @@ class Table {
 std::string range_text(const std::vector<double>& values) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   if (values.size() == 1) return format("%.10g", *least);
-  return format("%.10g to %.10g (%zu values)", *least, *most, values.size());
+  return format("%.10g to %.10g", *least, *most);
 }
 
 std::string material_text(const Material& m) {
@@ -52,9 +65,9 @@ void add_scene(const Job& job, Table& table) {
   if (job.options.volume()) {
     table.add("scene", format("%s: a volume", job.options.scene.filename().c_str()));
   } else {
-    table.add("scene", format("%s: %zu triangles in %zu pieces, %td of them closed",
-                            job.options.scene.filename().c_str(), scene.mesh.triangles.size(),
-                            scene.pieces.size(), n_closed));
+    table.add("scene", job.options.scene.filename().string() + ": " +
+                           counted(scene.mesh.triangles.size(), "triangle", "triangles") + " in " +
+                           counted(scene.pieces.size(), "piece", "pieces") + format(", %td closed", n_closed));
   }
   if (job.built.voxel) {
     table.add("voxels", format("%llu occupied, %.4g m a side",
@@ -78,7 +91,10 @@ void add_views(const Job& job, Table& table) {
   for (const double angle : o.incidence_deg) depression_deg.push_back(90.0 - angle);
   for (const DatasetView& view : job.views) slant_range_m.push_back(view.slant_range_m);
   const auto [nearest, farthest] = std::minmax_element(slant_range_m.begin(), slant_range_m.end());
-  table.add("views", format("%zu, azimuth %s deg", job.views.size(), range_text(o.azimuth_deg).c_str()));
+  table.add("views", format("%zu, azimuth %s deg", job.views.size(), range_text(o.azimuth_deg).c_str()) +
+                         (o.azimuth_deg.size() > 1 && o.incidence_deg.size() > 1
+                              ? format(" (%zu) at %zu incidences", o.azimuth_deg.size(), o.incidence_deg.size())
+                              : ""));
   table.add("views", format("incidence %s deg, depression %s deg", range_text(o.incidence_deg).c_str(),
                             range_text(depression_deg).c_str()));
   const std::string range = *nearest == *farthest ? format("%.8g m", *nearest)
@@ -103,8 +119,8 @@ void add_cost(const Job& job, Table& table) {
                            static_cast<unsigned long long>(n_kept),
                            static_cast<unsigned long long>(n_grid)));
   table.add("memory", "about " + bytes_text(job.memory_bytes));
-  table.add("time", format("about %.2g s of tracing on %d threads%s", expected_s,
-                           job.options.shared.n_threads,
+  table.add("time", format("%s of tracing on %s%s", duration_text(expected_s).c_str(),
+                           counted(static_cast<std::size_t>(job.options.shared.n_threads), "thread", "threads").c_str(),
                            job.n_views_at_once > 1 ? ", one view each"
                            : job.views.size() > 1  ? ", all on one view after the other"
                                                    : ""));
@@ -116,12 +132,21 @@ void add_layers(const Job& job, Table& table) {
   }
 }
 
+/// Lines of the first view, marked where other views differ.
+void add_plan_lines(const Job& job, std::vector<std::string> ViewPlan::*lines, const char* label, Table& table) {
+  for (const std::string& line : job.plans.front().*lines) {
+    const bool everywhere = std::all_of(job.plans.begin(), job.plans.end(), [&](const ViewPlan& plan) {
+      return std::find((plan.*lines).begin(), (plan.*lines).end(), line) != (plan.*lines).end();
+    });
+    table.add(label, line + (everywhere ? "" : " [first view; others differ]"));
+  }
+}
+
 void add_choices(const Job& job, Table& table) {
   if (!job.framing.empty()) table.add("chosen", job.framing);
-  const char* of_first = job.plans.size() > 1 ? " [first view]" : "";
   for (const std::string& line : job.built.notes) table.add("chosen", line);
-  for (const std::string& line : job.plans.front().chosen) table.add("chosen", line + of_first);
-  for (const std::string& line : job.plans.front().left_out) table.add("left out", line + of_first);
+  add_plan_lines(job, &ViewPlan::chosen, "chosen", table);
+  add_plan_lines(job, &ViewPlan::left_out, "left out", table);
   const std::string unused = formation_left_out(job.options.formation);
   if (!unused.empty()) table.add("left out", unused);
 }

@@ -61,12 +61,43 @@ void set_size(Job& job) {
       acquisitions.push_back(acquisition_of(view, job.aim_m));
     }
     Framing framing = frame_scene(*job.scene, acquisitions);
-    job.framing = std::move(framing.explanation);
+    job.framing = "the size " + std::move(framing.explanation);
     job.options.size = {framing.n_azimuth, framing.n_range};
   }
   for (DatasetView& view : job.views) {
     std::tie(view.n_azimuth, view.n_range) = *job.options.size;
   }
+}
+
+/// The round number (1, 2 or 5 times a power of ten) at or below a positive one.
+double round_below(double value) {
+  const double decade = std::pow(10.0, std::floor(std::log10(value)));
+  return value >= 5.0 * decade ? 5.0 * decade : value >= 2.0 * decade ? 2.0 * decade : decade;
+}
+
+/// The size that was chosen, unless a plan will say so, and what to do about one that shows little.
+void tell_size(const Job& job, Console& console) {
+  const Options& o = job.options;
+  const auto [n_azimuth, n_range] = *o.size;
+  char text[200];
+  if (!job.framing.empty() && !o.explain) {
+    std::snprintf(text, sizeof text, "%d x %d pixels (azimuth x range): ", n_azimuth, n_range);
+    console.note(text + job.framing);
+  }
+  const std::string few = few_pixels_warning(*job.scene, acquisition_of(job.views.front(), job.aim_m));
+  if (!few.empty()) {
+    console.warning(few);
+    return;
+  }
+  constexpr int kSmall = 64, kGood = 128;
+  if (job.framing.empty() || job.scene->box.empty() || std::min(n_azimuth, n_range) >= kSmall) return;
+  const double finer_m = std::min(o.spacing_m.first, o.spacing_m.second);
+  const double spacing_m = round_below(finer_m * std::min(n_azimuth, n_range) / kGood);
+  std::snprintf(text, sizeof text,
+                "a small image: --spacing %.6g would give about %.0f x %.0f pixels (and --units or --scale "
+                "may be missing)",
+                spacing_m, n_azimuth * o.spacing_m.first / spacing_m, n_range * o.spacing_m.second / spacing_m);
+  console.note(text);
 }
 
 double reference_height_m(const Options& o, const Scene& scene) {
@@ -112,6 +143,7 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   Job job;
   job.options = options;
   refuse_size_beyond_memory(options);
+  for (const std::string& note : options.notes) console.note(note);
   warn_about_repeated_azimuths(options, console);
 
   const Stopwatch loading;
@@ -131,7 +163,7 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   job.reference_height_m = reference_height_m(options, *job.scene);
   job.views = poses(options);
   set_size(job);
-  if (!job.framing.empty()) console.note(job.framing);
+  tell_size(job, console);
   job.border = border_of(job.options);
   refuse_scene_beyond_memory(job);
   monitor.check();

@@ -29,9 +29,8 @@ bool any_component(const LayerSet& layers) {
 }
 
 /// Wall red, roof green, ground blue, other grey, on one scale of decibels.
-Image<Colour> colour_of_components(const Layers& layers, const Image<float>& beta0) {
-  const float white = white_level(beta0);
-  Image<Colour> picture(beta0.n_azimuth(), beta0.n_range());
+Image<Colour> colour_of_components(const Layers& layers, const Image<float>& image, float white) {
+  Image<Colour> picture(image.n_azimuth(), image.n_range());
   const auto paint = [&](Layer layer, const Colour& with) {
     if (!layers.set.has(layer)) return;
     const Image<std::uint8_t> levels = display_levels(layers.values(layer), Quantity::power, white);
@@ -50,10 +49,10 @@ Image<Colour> colour_of_components(const Layers& layers, const Image<float>& bet
 }
 
 /// Shadow blue, layover orange, both magenta, over the image at half its brightness.
-Image<Colour> colour_of_mask(const Layers& layers, const Image<float>& beta0) {
+Image<Colour> colour_of_mask(const Layers& layers, const Image<float>& image, float white) {
   constexpr std::array<Colour, 4> kColours{{{255, 255, 255}, {40, 90, 220}, {255, 150, 20}, {220, 40, 200}}};
-  const Image<std::uint8_t> levels = display_levels(beta0, Quantity::power, white_level(beta0));
-  Image<Colour> picture(beta0.n_azimuth(), beta0.n_range());
+  const Image<std::uint8_t> levels = display_levels(image, Quantity::power, white);
+  Image<Colour> picture(image.n_azimuth(), image.n_range());
   for (std::size_t n = 0; n < picture.pixels().size(); ++n) {
     const std::uint8_t value = layers.mask.pixels()[n];
     const int lift = value == 0 ? 0 : 110;  // so that shadow is not black
@@ -90,13 +89,13 @@ std::vector<std::string> layer_endings(const LayerSet& layers) {
   return endings;
 }
 
-std::vector<LayerFile> encode_layers(const Layers& layers, const Image<float>& beta0) {
+std::vector<LayerFile> encode_layers(const Layers& layers, const Image<float>& image, float white) {
   std::vector<LayerFile> files;
   for (const Layer layer : listed(layers.set)) {
     const std::string stem = "." + std::string(name(layer));
     if (layer == Layer::mask) {
       files.push_back({stem + ".tif", encode_tiff(layers.mask)});
-      files.push_back({stem + ".png", encode_png(colour_of_mask(layers, beta0))});
+      files.push_back({stem + ".png", encode_png(colour_of_mask(layers, image, white))});
       continue;
     }
     files.push_back({stem + ".tif", encode_tiff(layers.values(layer))});
@@ -105,7 +104,7 @@ std::vector<LayerFile> encode_layers(const Layers& layers, const Image<float>& b
     }
   }
   if (any_component(layers.set)) {
-    files.push_back({".components.png", encode_png(colour_of_components(layers, beta0))});
+    files.push_back({".components.png", encode_png(colour_of_components(layers, image, white))});
   }
   return files;
 }

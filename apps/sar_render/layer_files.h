@@ -21,8 +21,8 @@ struct LayerFile {
 
 /// Encodes the layers of a view, in the order of layer_endings(): each as TIFF (float32; the mask bytes),
 /// and pictures of the components (wall red, roof green, ground blue, other grey; decibels below the
-/// brightest of `image`, which has their calibration), the mask (over that image, dimmed), incidence (0 to 90 degrees), elevation and scatterers.
-std::vector<LayerFile> encode_layers(const Layers& layers, const Image<float>& image);
+/// `white`), the mask (over `image`, the mean one of their calibration), incidence (0 to 90 degrees), elevation and scatterers.
+std::vector<LayerFile> encode_layers(const Layers& layers, const Image<float>& image, float white);
 
 /// Names of the layers, for recipes.
 Json layers_request(const LayerSet& layers);

@@ -29,8 +29,9 @@ void run(const Options& options, Console& console) {
     return;
   }
   if (options.explain) console.asked_for(explain(job, output_text(options)));
-  print_result(options.sweep() ? write_sweep(job, request, total, console, monitor)
-                               : write_single_view(job, request, total, console, monitor));
+  const std::string result = options.sweep() ? write_sweep(job, request, total, console, monitor)
+                                             : write_single_view(job, request, total, console, monitor);
+  if (options.shared.verbosity >= 0) print_result(result);
 }
 
 }  // namespace

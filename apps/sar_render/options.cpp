@@ -20,9 +20,9 @@ constexpr const char* kDescription =
 
 constexpr const char* kExamples =
     "Examples:\n"
-    "  sar_render truck.obj --pitch 45 --scale 2.5 --spacing 0.1\n"
-    "  sar_render truck.obj --depression 17 --azimuth 0:359:1 --size 128x128 -o truck\n"
-    "  sar_render street.json --pitch 35:55:5 --azimuth 0,90 --explain\n"
+    "  sar_render mine.obj --pitch 45 --units cm --up z --spacing 0.1\n"
+    "  sar_render data/truck.obj --depression 17 --azimuth 0:359:1 --spacing 0.1 --size 128x256 -o truck\n"
+    "  sar_render data/street.json --pitch 35:55:5 --azimuth 0,90 --explain\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 not finite, 130 interrupted.";
 
 /// The texts of all options, as given.
@@ -65,7 +65,7 @@ void add_options(CommandLine& command, Texts& t) {
   add("--aim", t.aim, "X,Y,Z|auto", "Aim point (m); auto: horizontal centre at the lowest height");
 
   group = "Image";
-  add("--size", t.size, "AxR|auto", "Pixels, azimuth x range; auto: scene, layover and shadow");
+  add("--size", t.size, "AxR|auto", "Pixels, azimuth x range (64: 64x64); auto: scene, layover, shadow");
   add("--spacing", t.spacing, "A[,R]", "Pixel spacing (m), azimuth and slant range");
   add("--calibration", t.calibration, "NAME", "beta0, sigma0 or gamma0")
       ->check(one_of({"beta0", "sigma0", "gamma0"}));
@@ -79,7 +79,7 @@ void add_options(CommandLine& command, Texts& t) {
   add("--nesz", t.nesz, "DB|none", "Noise floor: noise-equivalent sigma0");
   add("--seed", t.seed, "N", "Of speckle and noise");
 
-  group = "Scene";
+  group = "Scene (units, scale and up of a mesh file; a scene file says them for each of its meshes)";
   add("--units", t.units, "UNIT", "Of the file: m, cm, mm, km, ft, in, or metres as a number");
   add("--scale", t.scale, "FACTOR", "Extra factor on the file's coordinates");
   add("--up", t.up, "y|z", "Axis that points up in the file")->check(one_of({"y", "z"}));
@@ -98,7 +98,8 @@ void add_options(CommandLine& command, Texts& t) {
   add("--elevations", t.elevations, "N|auto", "Elevation rays; auto: from the spacing");
   add("--sub-rows", t.sub_rows, "N|auto", "Slices per azimuth row");
   add("--integrator", t.integrator, "NAME",
-      "For volumes: exact, midpoint, paper, paper-gated");
+      "Of translucent matter and voxels: exact; midpoint and paper (an older, darker sum) to compare "
+      "with; paper-gated: what SAR-NeRF trains");
 
   group = "Output";
   add("--layers", t.layers, "LIST|all|none",
@@ -176,6 +177,11 @@ Options resolve(const Texts& t, const CommandLine& command, bool altitude_given)
   o.scene = t.scene;
   o.incidence_deg = resolve_incidence_deg(t);
   o.azimuth_deg = parse_angles_deg("--azimuth", t.azimuth);
+  for (const auto& [option, text] : {std::pair("--pitch", &t.pitch), std::pair("--depression", &t.depression),
+                                     std::pair("--azimuth", &t.azimuth)}) {
+    const std::string note = text->empty() ? std::string() : unmet_end(option, *text);
+    if (!note.empty()) o.notes.push_back(note);
+  }
   if (double(o.incidence_deg.size()) * double(o.azimuth_deg.size()) > 1e6) {
     throw UsageError("--pitch times --azimuth make more than a million views; widen their steps");
   }

@@ -59,6 +59,8 @@ struct Options {
   bool explain = false;
   bool dry_run = false;
 
+  std::vector<std::string> notes;  ///< what the user should know about these options, one line each
+
   SharedOptions shared;
 
   /// Whether the scene is an OpenVDB file.

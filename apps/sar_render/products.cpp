@@ -6,7 +6,6 @@
 
 #include "formation.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/dataset/display.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/render/framing.h"
 
@@ -75,13 +74,13 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
     products.formation_s = forming.seconds();
   }
 
-  Layers layers = std::move(rendered.layers);
-  if (!layers.set.empty()) prepare_layers(layers, job, acquisition);
-  const Stopwatch encoding;
-  if (!layers.set.empty()) {
+  if (!job.options.layers.empty()) {
+    products.layers = std::move(rendered.layers);
+    prepare_layers(products.layers, job, acquisition);
     calibrate(mean_image, acquisition, job.reference_height_m, job.options.calibration);
-    products.layers = encode_layers(layers, mean_image);
+    products.mean_image = std::move(mean_image);
   }
+  const Stopwatch encoding;
   const int n_bins = calibrate(image, acquisition, job.reference_height_m, job.options.calibration);
   if (n_bins > 0) {
     products.warnings.push_back("the nearest " + std::to_string(n_bins) +
@@ -92,9 +91,16 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   if (job.options.quantity == Quantity::amplitude) take_amplitude(image);
   require_finite(image, job.views[n]);
   products.tiff = encode_tiff(image);
-  products.png = encode_png(display_levels(image, job.options.quantity));
+  products.image = std::move(image);
   products.encode_s = encoding.seconds();
   return products;
+}
+
+std::vector<LayerFile> layer_files(const Products& products, const Options& options, const DisplayScale& scale) {
+  if (products.layers.set.empty()) return {};
+  const float white = scale.white_for(products.image);
+  return encode_layers(products.layers, products.mean_image,
+                       options.quantity == Quantity::amplitude ? white * white : white);
 }
 
 }  // namespace sarnerf::app

@@ -7,15 +7,17 @@
 #include <vector>
 
 #include "job.h"
+#include "display_scale.h"
 #include "layer_files.h"
 
 namespace sarnerf::app {
 
 /// What one rendered view becomes, ready to be written.
 struct Products {
-  std::vector<std::byte> tiff;  ///< float32, of the calibration and quantity asked for
-  std::vector<std::byte> png;   ///< display picture
-  std::vector<LayerFile> layers;  ///< those asked for
+  Image<float> image;           ///< of the calibration and quantity asked for
+  std::vector<std::byte> tiff;  ///< the same as a float32 file
+  Layers layers;                ///< those asked for, calibrated, linear power
+  Image<float> mean_image;      ///< that they add up to; empty without layers
   std::uint64_t n_hits = 0;
   double trace_and_deposit_s = 0.0;
   double formation_s = 0.0;
@@ -25,5 +27,8 @@ struct Products {
 
 /// Renders a view of the job and encodes it. Throws NumericsError when a pixel is not finite.
 Products make_products(const Job& job, std::size_t view, const Monitor& monitor);
+
+/// The files of the products' layers; their pictures have the scale of the image's.
+std::vector<LayerFile> layer_files(const Products& products, const Options& options, const DisplayScale& scale);
 
 }  // namespace sarnerf::app

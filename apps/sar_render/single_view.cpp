@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "display_scale.h"
 #include "output_place.h"
 #include "products.h"
 #include "report.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/dataset/display.h"
 #include "sarnerf/dataset/image_file.h"
 
 namespace sarnerf::app {
@@ -74,7 +76,7 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   job.views.front().image = paths.tiff.filename().string();
   Json resolved = resolved_of(job);
   resolved["view"] = Json::parse(view_text(job.views.front()));
-  const Json recipe = make_recipe(request, resolved);
+  Json recipe = make_recipe(request, resolved);
   std::string result = paths.tiff.string() + "\n" + paths.png.string() + "\n";
   for (const std::string& ending : layer_endings(job.options.layers)) {
     result += paths.layer(ending).string() + "\n";
@@ -83,7 +85,9 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
 
   if (!job.options.overwrite) {
     if (const auto found = read_recipe(paths.recipe)) {
-      const std::string differs = difference(*found, recipe);
+      Json wanted = recipe;
+      if (found->contains("display")) wanted["display"] = found->at("display");  // follows from the image
+      const std::string differs = difference(*found, wanted);
       if (!differs.empty()) refuse(paths, differs);
       if (finished(paths, job.options)) {
         console.note("already done: the same recipe is there, nothing was rendered");
@@ -97,17 +101,24 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   monitor.check();
 
   if (paths.tiff.has_parent_path()) make_folder(paths.tiff.parent_path());
+  const Stopwatch drawing;
+  const float white = white_level(products.image);
+  const DisplayScale scale(std::span(&white, 1));
+  const std::vector<std::byte> picture = make_picture(products.image, job.options, scale);
+  const std::vector<LayerFile> layers = layer_files(products, job.options, scale);
+  recipe["display"] = scale.text(job.options);
+  const double encode_s = products.encode_s + drawing.seconds();
   const Stopwatch writing;
   AtomicFiles files;
   files.add(paths.tiff, products.tiff);
-  files.add(paths.png, products.png);
-  for (const LayerFile& layer : products.layers) files.add(paths.layer(layer.ending), layer.bytes);
+  files.add(paths.png, picture);
+  for (const LayerFile& layer : layers) files.add(paths.layer(layer.ending), layer.bytes);
   RunFigures figures;
   figures.n_rendered = 1;
   figures.n_hits = products.n_hits;
   figures.trace_and_deposit_s = products.trace_and_deposit_s;
   figures.formation_s = products.formation_s;
-  figures.encode_s = products.encode_s;
+  figures.encode_s = encode_s;
   figures.write_s = writing.seconds();
   figures.total_s = total.seconds();
   files.add(paths.report, report_text(job, figures));

@@ -59,10 +59,10 @@ std::string SweepFolder::stem(std::size_t view) const {
 
 std::string SweepFolder::image_name(std::size_t view) const { return "images/" + stem(view) + ".tif"; }
 
-std::filesystem::path SweepFolder::png(std::size_t view) const { return pngs() / (stem(view) + ".png"); }
+std::string SweepFolder::png_name(std::size_t view) const { return "png/" + stem(view) + ".png"; }
 
-std::filesystem::path SweepFolder::layer(std::size_t view, const std::string& ending) const {
-  return layers() / (stem(view) + ending);
+std::string SweepFolder::layer_name(std::size_t view, const std::string& ending) const {
+  return "layers/" + stem(view) + ending;
 }
 
 void SweepFolder::create(bool with_layers) const {
@@ -72,7 +72,7 @@ void SweepFolder::create(bool with_layers) const {
 }
 
 bool SweepFolder::occupied() const {
-  const auto paths = {recipe(), manifest(), images(), pngs(), layers()};
+  const auto paths = {recipe(), manifest(), checksums(), images(), pngs(), layers()};
   return std::any_of(paths.begin(), paths.end(),
                      [](const auto& path) { return std::filesystem::exists(path); });
 }
@@ -80,6 +80,7 @@ bool SweepFolder::occupied() const {
 void SweepFolder::clear() const {
   std::filesystem::remove(manifest());
   std::filesystem::remove(report());
+  std::filesystem::remove(checksums());
   remove_if(images(), [](const auto& path) { return is_view(path, ".tif"); });
   remove_if(pngs(), [](const auto& path) { return is_view(path, ".png"); });
   remove_if(layers(), is_layer);

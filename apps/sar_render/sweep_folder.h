@@ -22,10 +22,14 @@ class SweepFolder {
   /// Relative to the folder, as in the manifest: "images/view_007.tif".
   std::string image_name(std::size_t view) const;
   std::filesystem::path tiff(std::size_t view) const { return folder_ / image_name(view); }
-  std::filesystem::path png(std::size_t view) const;
+  /// "png/view_007.png".
+  std::string png_name(std::size_t view) const;
   std::filesystem::path layers() const { return folder_ / "layers"; }
   /// "layers/view_007.wall.tif" for ".wall.tif".
-  std::filesystem::path layer(std::size_t view, const std::string& ending) const;
+  std::string layer_name(std::size_t view, const std::string& ending) const;
+
+  /// SHA-256 of all files of views, as sha256sum writes and checks them.
+  std::filesystem::path checksums() const { return folder_ / "SHA256SUMS"; }
 
   void create(bool with_layers) const;
 

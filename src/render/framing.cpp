@@ -45,6 +45,18 @@ ImageExtent extent_in_image(const Box& box, double reference_m, const Acquisitio
   return extent;
 }
 
+/// Along-track coordinates between which the box lies (m).
+std::pair<double, double> extent_along(const Box& box, const Acquisition& view) {
+  const RadarFrame frame = radar_frame(view);
+  double first = std::numeric_limits<double>::infinity(), last = -first;
+  for (const glm::dvec3& corner : box.corners()) {
+    const double along = glm::dot(corner - view.aim_m, frame.h);
+    first = std::min(first, along);
+    last = std::max(last, along);
+  }
+  return {first, last};
+}
+
 int pixels_for(double half_m, double spacing_m) {
   const double n = 2.0 * (std::ceil(half_m / spacing_m) + kMarginPixels);
   if (!(n <= kMaxPixels)) {
@@ -68,7 +80,7 @@ glm::dvec3 default_aim_m(const Scene& scene) {
 
 Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   if (scene.box.empty()) {
-    return {128, 128, "128 x 128 pixels: a ground alone has no extent to fit"};
+    return {128, 128, "a ground alone has no extent to fit"};
   }
   double half_along = 0.0, half_range = 0.0;
   double near_m = std::numeric_limits<double>::infinity(), far_m = -near_m;
@@ -86,25 +98,33 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   const glm::dvec3 size = scene.box.size();
   char text[320];
   std::snprintf(text, sizeof text,
-                "%d x %d pixels (azimuth x range): fits the scene of %.4g x %.4g x %.4g m, its layover "
+                "fits the scene of %.4g x %.4g x %.4g m, its layover "
                 "(from %.4g m %s the aim point) and its shadow (to %.4g m %s it%s)",
-                framing.n_azimuth, framing.n_range, size.x, size.y, size.z, std::abs(near_m),
+                size.x, size.y, size.z, std::abs(near_m),
                 near_m <= 0.0 ? "before" : "beyond", std::abs(far_m), far_m >= 0.0 ? "beyond" : "before",
                 views.size() > 1 ? ", all views" : "");
   framing.explanation = text;
   return framing;
 }
 
+std::string few_pixels_warning(const Scene& scene, const Acquisition& view) {
+  if (scene.box.empty()) return {};
+  const auto [first_along, last_along] = extent_along(scene.box, view);
+  const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
+  const double along_m = last_along - first_along, range_m = e.far_m - e.near_m;
+  if (along_m >= 2.0 * view.azimuth_spacing_m || range_m >= 2.0 * view.range_spacing_m) return {};
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "the scene measures %.3g x %.3g pixels (azimuth x range, %.3g x %.3g m): check --units, --scale "
+                "and --spacing",
+                along_m / view.azimuth_spacing_m, range_m / view.range_spacing_m, along_m, range_m);
+  return text;
+}
+
 std::string outside_swath_warning(const Scene& scene, const Acquisition& view) {
   if (scene.box.empty()) return {};
   const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
-  const RadarFrame frame = radar_frame(view);
-  double first_along = std::numeric_limits<double>::infinity(), last_along = -first_along;
-  for (const glm::dvec3& corner : scene.box.corners()) {
-    const double along = glm::dot(corner - view.aim_m, frame.h);
-    first_along = std::min(first_along, along);
-    last_along = std::max(last_along, along);
-  }
+  const auto [first_along, last_along] = extent_along(scene.box, view);
   const double half_rows = 0.5 * view.n_azimuth * view.azimuth_spacing_m;
   const double half_bins = 0.5 * view.n_range * view.range_spacing_m;
   const bool outside = first_along >= half_rows || last_along <= -half_rows ||

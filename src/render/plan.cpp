@@ -20,6 +20,13 @@ struct Density {
   int n_sub_rows;
   double seconds_per_ray;  ///< tracing and deposit, on one thread of a 2.5 GHz server core (sar_bench speed)
 };
+/// What crosses a translucent solid's box besides costs: its faces are found one by one, and its bins
+/// integrated (street.json, of which half is trees).
+constexpr double kSecondsPerMediaRay = 150e-9;
+/// Rays and slices that cross the scene at least, however coarse the pixels: its energy is then right to 1 %.
+constexpr int kLeastAcross = 32;
+/// Limits of that, for scenes much smaller than a pixel.
+constexpr double kMostRefinedRays = 4096.0, kMostRefinedSlices = 65536.0;
 constexpr Density kSurfaceDensity{0.25, 8, 60e-9};
 constexpr Density kVoxelDensity{1.0, 2, 1000e-9};
 
@@ -47,10 +54,11 @@ void check_radar_position(const Scene& scene, const Acquisition& a) {
   }
 }
 
-std::uint64_t count_kept_rays(const Scene& scene, const ViewPlan& plan) {
-  if (scene.box.empty()) return 0;
+/// Rays of the plan that may meet a box.
+std::uint64_t count_rays_to(const Box& box, const ViewPlan& plan) {
+  if (box.empty()) return 0;
   const Acquisition& a = plan.acquisition;
-  const VisibleExtent extent(a, scene.box);
+  const VisibleExtent extent(a, box);
   double kept = 0.0;
   // Every row's first slice stands for all of its slices: exact enough for a plan.
   for (int i = 0; i < a.n_azimuth; ++i) {
@@ -75,6 +83,25 @@ Fan lattice_fan(std::pair<double, double> extent_rad, double step_rad) {
                                last - first));
   }
   return {first * step_rad, step_rad, std::max(1, static_cast<int>(last - first))};
+}
+
+/// Slices a row so that enough of them cross the scene, whose rows may be few.
+int slices_across(const Scene& scene, const Acquisition& a, int n_sub_rows) {
+  if (scene.box.empty()) return n_sub_rows;
+  const RadarFrame frame = radar_frame(a);
+  const double along_m = glm::dot(scene.box.size(), glm::abs(frame.h));
+  const double wanted = along_m > 0.0 ? std::ceil(kLeastAcross * a.azimuth_spacing_m / along_m) : 0.0;
+  const double most = kMostRefinedSlices / a.n_azimuth;
+  return std::max(n_sub_rows, static_cast<int>(std::min(wanted, most)));
+}
+
+/// Spacing of rays so that enough of them cross the scene's angular extent, out of `fan_rad` in all.
+double spacing_across(const std::optional<std::pair<double, double>>& scene_rad, double fan_rad,
+                      double slant_range_m, double spacing_m) {
+  if (!scene_rad || !(scene_rad->second > scene_rad->first)) return spacing_m;
+  const double wanted_m = (scene_rad->second - scene_rad->first) * slant_range_m / kLeastAcross;
+  const double finest_m = fan_rad * slant_range_m / kMostRefinedRays;
+  return std::min(spacing_m, std::max(wanted_m, finest_m));
 }
 
 void add_left_out_rays(const ViewPlan& plan, std::vector<std::string>& lines) {
@@ -122,14 +149,17 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   ViewPlan plan;
   plan.acquisition = acquisition;
   plan.integrator = sampling.integrator;
-  plan.n_sub_rows = sampling.n_sub_rows > 0 ? sampling.n_sub_rows : density.n_sub_rows;
+  plan.n_sub_rows = sampling.n_sub_rows > 0 ? sampling.n_sub_rows
+                                            : slices_across(scene, acquisition, density.n_sub_rows);
   if (sampling.n_sub_rows == 0) {
-    plan.chosen.push_back(format("%d slices per azimuth row (--sub-rows)", density.n_sub_rows));
+    plan.chosen.push_back(format("%d slices per azimuth row%s (--sub-rows)", plan.n_sub_rows,
+                                 plan.n_sub_rows > density.n_sub_rows ? ": the scene is only a few rows wide" : ""));
   }
 
   const Acquisition& a = plan.acquisition;
   std::optional<std::pair<double, double>> angles;
   if (!scene.box.empty()) angles = VisibleExtent(a, scene.box).angles(a.row_offset_m(-0.5), a.row_offset_m(a.n_azimuth - 0.5));
+  const std::optional<std::pair<double, double>> scene_angles = angles;
   if (scene.ground) {
     if (const auto ground = ground_angular_extent(a, scene.ground->height_m)) {
       angles = angles ? std::pair{std::min(angles->first, ground->first),
@@ -145,7 +175,8 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   }
 
   const double finer_m = std::min(a.range_spacing_m, a.azimuth_spacing_m);
-  const double spacing_m = density.ray_spacing_in_pixels * finer_m;
+  const double dense_m = density.ray_spacing_in_pixels * finer_m;
+  const double spacing_m = spacing_across(scene_angles, angles->second - angles->first, a.slant_range_m, dense_m);
   // A scene without any extent across the rays still needs one.
   const double least = 1e-3 * spacing_m / a.slant_range_m;
   if (angles->second - angles->first < least) {
@@ -156,12 +187,15 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   } else {
     plan.fan = lattice_fan(*angles, spacing_m / a.slant_range_m);
     plan.chosen.push_back(
-        format("%d elevation rays, %.4g m apart: %.2g of the finer pixel side (--elevations)",
-               plan.fan.n_elevation, spacing_m, density.ray_spacing_in_pixels));
+        spacing_m < dense_m
+            ? format("%d elevation rays, %.4g m apart: the scene is only a few pixels wide (--elevations)",
+                     plan.fan.n_elevation, spacing_m)
+            : format("%d elevation rays, %.4g m apart: %.2g of the finer pixel side (--elevations)",
+                     plan.fan.n_elevation, spacing_m, density.ray_spacing_in_pixels));
   }
   const auto n_elevation = static_cast<std::uint64_t>(plan.fan.n_elevation);
   plan.n_grid_rays = std::uint64_t(a.n_azimuth) * std::uint64_t(plan.n_sub_rows) * n_elevation;
-  plan.n_kept_rays = std::min(plan.n_grid_rays, count_kept_rays(scene, plan));
+  plan.n_kept_rays = std::min(plan.n_grid_rays, count_rays_to(scene.box, plan));
   plan.memory_bytes += n_elevation * (100 + 60 * std::uint64_t(thread_count()));
   plan.expected_s = double(plan.n_kept_rays) * density.seconds_per_ray / thread_count();
   return plan;
@@ -172,9 +206,13 @@ constexpr std::uint64_t kLayerBytesPerBin = 140;
 
 }  // namespace
 
-ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sampling& sampling) {
+ViewPlan plan_view(const Scene& scene, const Box& media_m, const Acquisition& acquisition,
+                   const Sampling& sampling) {
   ViewPlan plan = plan_rays(scene, acquisition, sampling, kSurfaceDensity);
-  if (plan.fan.n_elevation > 0) plan.left_out = left_out(scene, plan);
+  if (plan.fan.n_elevation > 0) {
+    plan.left_out = left_out(scene, plan);
+    plan.expected_s += double(count_rays_to(media_m, plan)) * kSecondsPerMediaRay / thread_count();
+  }
   return plan;
 }
 

@@ -7,8 +7,10 @@
 
 namespace sarnerf {
 
-/// Chooses fan and sub-rows for one view and predicts what it will cost; renders nothing.
-ViewPlan plan_view(const Scene& scene, const Acquisition& acquisition, const Sampling& sampling);
+/// Chooses fan and sub-rows for one view and predicts what it will cost; renders nothing. `media_m` is the
+/// box of the translucent solids, empty without any.
+ViewPlan plan_view(const Scene& scene, const Box& media_m, const Acquisition& acquisition,
+                   const Sampling& sampling);
 
 /// The same for the voxel engine; `scene` has the volume's box instead of a mesh.
 ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisition& acquisition,

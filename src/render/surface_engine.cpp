@@ -121,7 +121,7 @@ std::uint64_t SurfaceEngine::memory_bytes() const {
 }
 
 ViewPlan SurfaceEngine::plan(const Acquisition& acquisition, const Sampling& sampling) const {
-  return plan_view(state_->scene, acquisition, sampling);
+  return plan_view(state_->scene, state_->media.box_m(), acquisition, sampling);
 }
 
 RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor) const {

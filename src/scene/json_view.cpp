@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "sarnerf/core/closest_name.h"
 #include "sarnerf/core/error.h"
 #include "text.h"
 

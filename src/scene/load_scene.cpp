@@ -27,6 +27,15 @@ bool is_scene_file(const std::filesystem::path& path) {
   return path.extension() == ".json" || path.extension() == ".JSON";
 }
 
+/// An unknown name is the command line's fault and not that of a file.
+void require_ground(const MaterialLibrary& library, const std::string& name) {
+  try {
+    library.require(name, "--ground");
+  } catch (const InputError& error) {
+    throw UsageError(error.what());
+  }
+}
+
 /// A single mesh file is a scene of one entry, described by the options.
 SceneFile describe(const std::filesystem::path& path, const LoadOptions& options) {
   SceneFile file;
@@ -46,12 +55,13 @@ SceneFile describe(const std::filesystem::path& path, const LoadOptions& options
     file.meshes.push_back(std::move(entry));
   }
   if (!options.materials_file.empty()) {
-    file.library.add_file(options.materials_file);
+    file.given_materials = file.library.add_file(options.materials_file);
     file.materials_source = options.materials_file.string();
   }
   if (options.ground_material == "none") {
     file.ground.reset();
   } else if (options.ground_material) {
+    require_ground(file.library, *options.ground_material);
     file.ground = GroundEntry{*options.ground_material,
                               file.ground ? file.ground->height_m : std::nullopt, "--ground"};
   }
@@ -129,6 +139,7 @@ class Assembly {
                          " is translucent, and the ground has no far side; choose an opaque one");
       }
     }
+    warn_about_unused_materials();
     scene_.groups = groups_.names();
     scene_.materials = binding_.materials();
     warn_about_size(scene_);
@@ -136,6 +147,23 @@ class Assembly {
   }
 
  private:
+  /// A file of which nothing is used was meant for another mesh, or has its names wrong.
+  void warn_about_unused_materials() {
+    if (file_.given_materials.empty()) return;
+    const std::vector<Material>& used = binding_.materials();
+    const bool any = std::any_of(used.begin(), used.end(), [&](const Material& material) {
+      return std::find(file_.given_materials.begin(), file_.given_materials.end(), material.name) !=
+             file_.given_materials.end();
+    });
+    if (any) return;
+    const auto& asked = binding_.asked_for();
+    const std::vector<std::string> names(asked.begin(), asked.end());
+    scene_.report.warnings.push_back(
+        file_.materials_source + ": none of its materials (" + listed(file_.given_materials, 10) +
+        ") is used by the scene, which " +
+        (names.empty() ? "names no materials: call one 'default'" : "asks for: " + listed(names, 10)));
+  }
+
   /// What is left for the next mesh.
   MemoryBudget budget() const {
     MemoryBudget budget(options_.max_memory_bytes);

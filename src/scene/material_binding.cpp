@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
 #include <unordered_map>
 
 #include "text.h"
@@ -19,6 +18,7 @@ std::uint32_t MaterialBinding::use(const Material& material) {
 }
 
 std::uint32_t MaterialBinding::require(const std::string& name, const std::string& place) {
+  asked_for_.insert(name);
   return use(file_.library.require(name, place));
 }
 
@@ -32,9 +32,10 @@ std::uint32_t MaterialBinding::resolve(const MeshEntry& entry, const std::string
     }
   }
   if (entry.material) return require(*entry.material, entry.place + ".material");
+  if (!material.empty()) asked_for_.insert(material);
   if (const Material* found = file_.library.find(material)) return use(*found);
   if (!material.empty()) unknown.push_back(material);
-  return require("default", entry.place);
+  return use(file_.library.require("default", entry.place));
 }
 
 void MaterialBinding::bind(const MeshEntry& entry, TriangleSoup& soup) {
@@ -74,8 +75,13 @@ void MaterialBinding::bind(const MeshEntry& entry, TriangleSoup& soup) {
         (present.empty() ? "; the mesh names none" : "; it has: " + listed(present, 10)));
   }
   if (unknown.empty()) return;
+  // Numbers of PLY files would read as counts.
+  const auto quoted = [](const std::string& name) {
+    return name.find_first_not_of("0123456789") == std::string::npos ? in_quotes(name) : name;
+  };
   std::sort(unknown.begin(), unknown.end());
   unknown.erase(std::unique(unknown.begin(), unknown.end()), unknown.end());
+  std::transform(unknown.begin(), unknown.end(), unknown.begin(), quoted);
   const std::string what = counted(unknown.size(), "material", "materials") + " of " + file +
                            (file_.materials_source.empty()
                                 ? " not among the built-in ones, shown as 'default': "

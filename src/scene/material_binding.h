@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ class MaterialBinding {
 
   const std::vector<Material>& materials() const { return materials_; }
 
+  /// Names under which materials were looked up in the library.
+  const std::set<std::string>& asked_for() const { return asked_for_; }
+
  private:
   std::uint32_t use(const Material& material);
   std::uint32_t resolve(const MeshEntry& entry, const std::string& material,
@@ -33,6 +37,7 @@ class MaterialBinding {
   const SceneFile& file_;
   SceneReport& report_;
   std::vector<Material> materials_;
+  std::set<std::string> asked_for_;
 };
 
 }  // namespace sarnerf

@@ -4,6 +4,7 @@
 
 #include "material_json.h"
 #include "readers.h"
+#include "sarnerf/core/closest_name.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/scene/material.h"
 #include "text.h"
@@ -19,13 +20,18 @@ double Texture::factor(const glm::dvec3& object_m) const {
 
 MaterialLibrary::MaterialLibrary() : materials_(builtin_materials()) {}
 
-void MaterialLibrary::add_file(const std::filesystem::path& path) {
+std::vector<std::string> MaterialLibrary::add_file(const std::filesystem::path& path) {
   const std::string name = path.string();
   const nlohmann::json json = parse_json(read_file(path, MemoryBudget{}), name);
   const JsonView document(json, name);
   document.only_keys({"format", "version", "materials"});
   document.require_format("sarnerf-materials", 1);
-  for (Material& material : parse_materials(document.at("materials"))) add(std::move(material));
+  std::vector<std::string> names;
+  for (Material& material : parse_materials(document.at("materials"))) {
+    names.push_back(material.name);
+    add(std::move(material));
+  }
+  return names;
 }
 
 void MaterialLibrary::add_json(std::string_view json_text, const std::string& where) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene_checks.h"
 
+#include <cstdio>
+
 #include "sarnerf/core/error.h"
 #include "text.h"
 
@@ -12,6 +14,12 @@ constexpr double kSmallest_m = 0.05;
 constexpr double kLargest_m = 200'000.0;
 /// Part of the scene's height below the ground from which on the user is told: cellars are less.
 constexpr double kBuried = 1.0 / 3.0;
+
+std::string rounded_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
 
 }  // namespace
 
@@ -31,8 +39,7 @@ void warn_about_size(Scene& scene) {
   if (scene.box.empty()) return;
   const double diagonal_m = glm::length(scene.box.size());
   if (diagonal_m < kSmallest_m || diagonal_m > kLargest_m) {
-    const double rounded_m = static_cast<double>(static_cast<float>(diagonal_m));
-    scene.report.warnings.push_back(std::string("the scene measures ") + number_text(rounded_m) +
+    scene.report.warnings.push_back(std::string("the scene measures ") + rounded_text(diagonal_m) +
                                     " m from corner to corner, which is suspiciously " +
                                     (diagonal_m < kSmallest_m ? "small" : "large") +
                                     "; set its units with --units or --scale");

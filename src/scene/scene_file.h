@@ -35,6 +35,7 @@ struct SceneFile {
   std::optional<GroundEntry> ground;
   MaterialLibrary library;
   std::filesystem::path materials_file;  ///< that the scene file names; empty when none
+  std::vector<std::string> given_materials;  ///< of --materials, each of which should be of use
   std::string materials_source;  ///< what the user gave beyond the built-in table; "" when nothing
 };
 

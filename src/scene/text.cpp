@@ -3,35 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cstdio>
-#include <numeric>
-#include <vector>
 
 namespace sarnerf {
-namespace {
-
-char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
-
-/// Insertions, deletions and replacements that turn a into b.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (lower(a[i]) == lower(b[j]) ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
-}  // namespace
-
 std::string with_thousands(std::uint64_t count) {
   std::string digits = std::to_string(count);
   for (std::size_t n = digits.size(); n > 3; n -= 3) digits.insert(n - 3, ",");
@@ -68,25 +43,6 @@ std::string listed(std::span<const std::string> names, std::size_t limit) {
   }
   if (names.size() > limit) text += " … (" + with_thousands(names.size() - limit) + " more)";
   return text;
-}
-
-std::string closest_name(std::string_view name, std::span<const std::string> names) {
-  // Two in five letters wrong is a different word.
-  constexpr std::size_t kLongest = 64;
-  if (name.size() > kLongest) return {};
-  std::size_t fewest = name.size() * 2 / 5 + 1;
-  std::string closest;
-  for (const std::string& candidate : names) {
-    if (candidate.size() > kLongest) continue;
-    // A name cut short is as good as one wrong letter.
-    const bool begins = name.size() > 2 && candidate.starts_with(name);
-    const std::size_t distance = begins ? 1 : edit_distance(name, candidate);
-    if (distance < fewest) {
-      fewest = distance;
-      closest = candidate;
-    }
-  }
-  return closest;
 }
 
 std::string in_quotes(std::string_view text) {

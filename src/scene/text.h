@@ -24,9 +24,6 @@ std::string number_text(double value);
 /// "asphalt, brick, concrete"; after `limit` names "… (12 more)".
 std::string listed(std::span<const std::string> names, std::size_t limit = 40);
 
-/// The name that needs the fewest edits to become `name`, case ignored; empty when none comes close.
-std::string closest_name(std::string_view name, std::span<const std::string> names);
-
 /// Text of a file, cut and with control characters made visible, so that it fits into one line.
 std::string in_quotes(std::string_view text);
 

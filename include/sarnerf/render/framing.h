@@ -13,7 +13,7 @@ namespace sarnerf {
 struct Framing {
   int n_azimuth = 0;
   int n_range = 0;
-  std::string explanation;  ///< one line: what was fitted, with metres and pixels
+  std::string explanation;  ///< one line: what was fitted, in metres
 };
 
 /// The horizontal centre of the scene's box at its lowest height, or of the ground when there is one.
@@ -23,6 +23,10 @@ glm::dvec3 default_aim_m(const Scene& scene);
 /// and, down to the reference plane, its shadow in each of the views. Only the pose and the spacings
 /// of the views are read. Throws UsageError for a size beyond 65,535 pixels a side.
 Framing frame_scene(const Scene& scene, std::span<const Acquisition> views);
+
+/// One line when the scene measures less than two pixels in azimuth and in range, else empty: a wrong unit,
+/// most of the time.
+std::string few_pixels_warning(const Scene& scene, const Acquisition& view);
 
 /// One line when nothing or only a part of the scene falls inside the swath, else empty.
 std::string outside_swath_warning(const Scene& scene, const Acquisition& view);

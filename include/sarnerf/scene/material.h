@@ -50,8 +50,9 @@ class MaterialLibrary {
  public:
   MaterialLibrary();  ///< holds the built-in table
 
-  /// Adds the materials of a "sarnerf-materials" JSON file; InputError names file and key.
-  void add_file(const std::filesystem::path& path);
+  /// Adds the materials of a "sarnerf-materials" JSON file and returns their names; InputError names file
+  /// and key.
+  std::vector<std::string> add_file(const std::filesystem::path& path);
   /// Adds the object under "materials" of a scene file; `where` goes into error messages.
   void add_json(std::string_view json_text, const std::string& where);
   void add(Material material);

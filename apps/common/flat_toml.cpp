@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "flat_toml.h"
+
+#include <charconv>
+#include <toml++/toml.h>
+
+#include "sarnerf/core/error.h"
+
+namespace sarnerf::app {
+namespace {
+
+std::string place(const std::string& file, const toml::source_region& source) {
+  return file + ":" + std::to_string(source.begin.line) + ": ";
+}
+
+/// A value as it would stand on the command line; nothing for dates and tables.
+std::optional<std::string> text_of(const toml::node& node) {
+  if (const auto* text = node.as_string()) return text->get();
+  if (const auto* flag = node.as_boolean()) return flag->get() ? "true" : "false";
+  char digits[40];
+  std::to_chars_result end{digits, {}};
+  if (const auto* whole = node.as_integer()) {
+    end = std::to_chars(digits, digits + sizeof digits, whole->get());
+  } else if (const auto* number = node.as_floating_point()) {
+    end = std::to_chars(digits, digits + sizeof digits, number->get());
+  } else {
+    return std::nullopt;
+  }
+  return std::string(digits, end.ptr);
+}
+
+std::string value_text(const toml::node& node, const std::string& name, const std::string& file) {
+  if (const auto text = text_of(node)) return *text;
+  throw InputError(place(file, node.source()) + "'" + name +
+                   "': expected a number, true, false or a text in quotes, found a " +
+                   (node.is_table() ? "table" : node.is_array() ? "list" : "date or time"));
+}
+
+FlatItem item_of(const std::string& name, const toml::node& node, const std::string& file) {
+  FlatItem item;
+  item.name = name;
+  item.line = static_cast<int>(node.source().begin.line);
+  if (node.is_table()) {
+    throw InputError(place(file, node.source()) + "expected name = value, found the section [" + name +
+                     "]: there are no sections");
+  }
+  const toml::array* list = node.as_array();
+  if (list == nullptr) {
+    item.values.push_back(value_text(node, name, file));
+    return item;
+  }
+  for (const toml::node& element : *list) item.values.push_back(value_text(element, name, file));
+  if (item.values.empty()) {
+    throw InputError(place(file, node.source()) + "'" + name + "' is an empty list: leave the line out, or give a value");
+  }
+  return item;
+}
+
+toml::table parse(std::istream& input, const std::string& file) {
+  try {
+    return toml::parse(input, file);
+  } catch (const toml::parse_error& e) {
+    throw InputError(place(file, e.source()) + std::string(e.description()) +
+                     "; expected lines such as pitch = 45, with texts in quotes: size = \"128x128\"");
+  }
+}
+
+}  // namespace
+
+std::vector<FlatItem> read_flat_toml(std::istream& input, const std::string& file) {
+  const toml::table table = parse(input, file);
+  std::vector<FlatItem> items;
+  for (const auto& [name, node] : table) items.push_back(item_of(std::string(name.str()), node, file));
+  return items;
+}
+
+}  // namespace sarnerf::app

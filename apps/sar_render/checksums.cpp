@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "checksums.h"
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/sha256.h"
+
+namespace sarnerf::app {
+namespace {
+
+constexpr std::size_t kDigits = 64;
+
+}  // namespace
+
+Checksums::Checksums(std::filesystem::path list) : list_(std::move(list)) {
+  std::ifstream in(list_, std::ios::binary);
+  for (std::string line; std::getline(in, line);) {
+    // "<64 digits>  <name>"; a later line replaces an earlier one.
+    if (line.size() <= kDigits + 2 || line.compare(kDigits, 2, "  ") != 0) continue;
+    digest_[line.substr(kDigits + 2)] = line.substr(0, kDigits);
+  }
+}
+
+bool Checksums::whole(const std::string& name) const {
+  const auto known = digest_.find(name);
+  if (known == digest_.end()) return false;
+  try {
+    return sha256_of_file(list_.parent_path() / name) == known->second;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+void Checksums::add(const std::vector<File>& files) {
+  std::string lines;
+  for (const File& file : files) lines += sha256_hex(file.bytes) + "  " + file.name + "\n";
+  const std::scoped_lock lock(mutex_);
+  if (!out_.is_open()) {
+    // A line that was cut off must not swallow the next one.
+    std::error_code ignored;
+    const bool fresh = !std::filesystem::exists(list_, ignored) || std::filesystem::file_size(list_, ignored) == 0;
+    out_.open(list_, std::ios::binary | std::ios::app);
+    if (!fresh) out_ << '\n';
+  }
+  out_ << lines << std::flush;
+  if (!out_) throw Error(list_.string() + ": cannot be written; free some space on the disk, then repeat the command");
+}
+
+}  // namespace sarnerf::app
