@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "checksums.h"
 
+#include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/sha256.h"
 
@@ -8,6 +9,12 @@ namespace sarnerf::app {
 namespace {
 
 constexpr std::size_t kDigits = 64;
+
+std::string text_of(const std::map<std::string, std::string>& digest_of) {
+  std::string lines;
+  for (const auto& [name, digest] : digest_of) lines += digest + "  " + name + "\n";
+  return lines;
+}
 
 }  // namespace
 
@@ -31,9 +38,11 @@ bool Checksums::whole(const std::string& name) const {
 }
 
 void Checksums::add(const std::vector<File>& files) {
-  std::string lines;
-  for (const File& file : files) lines += sha256_hex(file.bytes) + "  " + file.name + "\n";
+  std::map<std::string, std::string> fresh_digest;
+  for (const File& file : files) fresh_digest[file.name] = sha256_hex(file.bytes);
+  const std::string lines = text_of(fresh_digest);
   const std::scoped_lock lock(mutex_);
+  for (auto& [name, digest] : fresh_digest) digest_[name] = std::move(digest);
   if (!out_.is_open()) {
     // A line that was cut off must not swallow the next one.
     std::error_code ignored;
@@ -43,6 +52,11 @@ void Checksums::add(const std::vector<File>& files) {
   }
   out_ << lines << std::flush;
   if (!out_) throw Error(list_.string() + ": cannot be written; free some space on the disk, then repeat the command");
+}
+
+void Checksums::finish() {
+  out_.close();
+  write_file_atomically(list_, text_of(digest_));
 }
 
 }  // namespace sarnerf::app

@@ -30,6 +30,9 @@ class Checksums {
   };
   void add(const std::vector<File>& files);
 
+  /// Writes the list anew, each file once and in order, so that it does not tell what was made when.
+  void finish();
+
  private:
   std::filesystem::path list_;
   std::map<std::string, std::string> digest_;  ///< by name

@@ -121,6 +121,7 @@ RunFigures SweepRun::render(Console& console, const Monitor& monitor) {
     write(open[o], held != held_.end() ? std::move(held->second) : render_view(open[o], monitor), monitor);
   });
   held_.clear();
+  checksums_.finish();
   warnings_.print(console);
   return figures_;
 }
