@@ -49,11 +49,14 @@ TEST_CASE("one view: image, picture, recipe and report, their paths on stdout") 
 TEST_CASE("names: default, folder, ending") {
   const SceneFolder folder;
   std::filesystem::create_directory(folder / "there");
-  CHECK(folder.run(with(kView, {"-q"})).out.starts_with("box_sar.tif\n"));
-  CHECK(folder.run(with(kView, {"-q", "-o", "there"})).out.starts_with("there/box_sar.tif\n"));
-  CHECK(folder.run(with(kView, {"-q", "-o", "fresh/"})).out.starts_with("fresh/box_sar.tif\n"));
-  CHECK(folder.run(with(kView, {"-q", "-o", "a.tif"})).out.starts_with("a.tif\na.png\n"));
-  CHECK(folder.run(with(kView, {"-q", "-o", "v1.5"})).out.starts_with("v1.5.tif\n"));
+  CHECK(folder.run(kView).out.starts_with("box_sar.tif\n"));
+  CHECK(folder.run(with(kView, {"-o", "there"})).out.starts_with("there/box_sar.tif\n"));
+  CHECK(folder.run(with(kView, {"-o", "fresh/"})).out.starts_with("fresh/box_sar.tif\n"));
+  CHECK(folder.run(with(kView, {"-o", "a.tif"})).out.starts_with("a.tif\na.png\n"));
+  CHECK(folder.run(with(kView, {"-o", "v1.5"})).out.starts_with("v1.5.tif\n"));
+  const Outcome quiet = folder.run(with(kView, {"-q", "-o", "quiet"}));
+  CHECK(quiet.out.empty());
+  CHECK(quiet.err.empty());
 }
 
 TEST_CASE("the same recipe is already done, another one is refused, --overwrite replaces") {
@@ -143,7 +146,7 @@ TEST_CASE("the plan: printed before the work, or instead of it") {
   const Outcome explained = folder.run(with(kView, {"--explain", "-q"}));
   CHECK(explained.code == 0);
   CHECK(explained.err.find("left out") != std::string::npos);
-  CHECK(explained.out.starts_with("box_sar.tif\n"));
+  CHECK(explained.out.empty());
 }
 
 TEST_CASE("a blank image says why") {

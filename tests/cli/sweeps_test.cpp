@@ -51,14 +51,13 @@ TEST_CASE("a sweep is a dataset of every combination") {
     CHECK(image.n_range() == 32);
     CHECK(std::any_of(image.pixels().begin(), image.pixels().end(), [](float p) { return p > 0; }));
   }
-  CHECK(folder.contents("s").size() == 2 + 2 * 24);
+  CHECK(folder.contents("s").size() == 3 + 2 * 24);
   CHECK(std::filesystem::exists(folder / "s/dataset.report.json"));
 
   // One of its views alone is the same image.
   CHECK(folder.run({"box.obj", "--pitch", "50", "--azimuth", "30", "--size", "24x32", "--spacing", "0.5",
                     "-q", "-o", "one"}).code == 0);
   CHECK(read_text(folder / "one.tif") == read_text(folder / "s/images/view_013.tif"));
-  CHECK(read_text(folder / "one.png") == read_text(folder / "s/png/view_013.png"));
 }
 
 TEST_CASE("a direction given twice is pointed out") {
@@ -116,7 +115,7 @@ TEST_CASE("another recipe is refused by name, --overwrite leaves nothing of the 
   auto overwrite = other;
   overwrite.push_back("--overwrite");
   CHECK(folder.run(overwrite).code == 0);
-  CHECK(folder.contents("s").size() == 2 + 2 * 4 + 1);
+  CHECK(folder.contents("s").size() == 3 + 2 * 4 + 1);
   CHECK(read_text(folder / "s/notes.txt") == "mine");
 
   std::filesystem::create_directories(folder / "foreign/images");
@@ -154,7 +153,7 @@ TEST_CASE("interrupted, a sweep keeps its finished views and continues to the sa
     CHECK(folder.run(slow(name)).code == 0);
     const auto whole = folder.contents(name);
     for (const auto& [path, bytes] : kept) {
-      if (path != "dataset.json") CHECK(whole.at(path) == bytes);
+      if (path != "dataset.json" && path != "SHA256SUMS") CHECK(whole.at(path) == bytes);
     }
   }
   CHECK(folder.run(slow("straight")).code == 0);
