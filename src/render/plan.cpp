@@ -24,7 +24,9 @@ struct Density {
 /// integrated (street.json, of which half is trees).
 constexpr double kSecondsPerMediaRay = 150e-9;
 /// Rays and slices that cross the scene at least, however coarse the pixels: its energy is then right to 1 %.
-constexpr int kLeastAcross = 32;
+/// Outlines are found between rays, but not between slices, of which a side may lose or gain one.
+constexpr int kLeastRaysAcross = 32;
+constexpr int kLeastSlicesAcross = 128;
 /// Limits of that, for scenes much smaller than a pixel.
 constexpr double kMostRefinedRays = 4096.0, kMostRefinedSlices = 65536.0;
 constexpr Density kSurfaceDensity{0.25, 8, 60e-9};
@@ -90,7 +92,7 @@ int slices_across(const Scene& scene, const Acquisition& a, int n_sub_rows) {
   if (scene.box.empty()) return n_sub_rows;
   const RadarFrame frame = radar_frame(a);
   const double along_m = glm::dot(scene.box.size(), glm::abs(frame.h));
-  const double wanted = along_m > 0.0 ? std::ceil(kLeastAcross * a.azimuth_spacing_m / along_m) : 0.0;
+  const double wanted = along_m > 0.0 ? std::ceil(kLeastSlicesAcross * a.azimuth_spacing_m / along_m) : 0.0;
   const double most = kMostRefinedSlices / a.n_azimuth;
   return std::max(n_sub_rows, static_cast<int>(std::min(wanted, most)));
 }
@@ -99,7 +101,7 @@ int slices_across(const Scene& scene, const Acquisition& a, int n_sub_rows) {
 double spacing_across(const std::optional<std::pair<double, double>>& scene_rad, double fan_rad,
                       double slant_range_m, double spacing_m) {
   if (!scene_rad || !(scene_rad->second > scene_rad->first)) return spacing_m;
-  const double wanted_m = (scene_rad->second - scene_rad->first) * slant_range_m / kLeastAcross;
+  const double wanted_m = (scene_rad->second - scene_rad->first) * slant_range_m / kLeastRaysAcross;
   const double finest_m = fan_rad * slant_range_m / kMostRefinedRays;
   return std::min(spacing_m, std::max(wanted_m, finest_m));
 }
