@@ -2,6 +2,8 @@
 #include "command_line.h"
 
 #include <algorithm>
+#include <thread>
+#include <algorithm>
 #include <memory>
 
 #include "config_file.h"
@@ -94,11 +96,21 @@ bool CommandLine::parse(int argc, char** argv) {
   return false;
 }
 
+namespace {
+
+/// More threads than that only wait for one another, and a system may refuse to make them, which no library
+/// survives. Results do not depend on their number.
+int most_threads() { return 16 * static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
+
+}  // namespace
+
 SharedOptions CommandLine::shared_options() const {
   SharedOptions options;
+  const CLI::Option* config = parser_.get_config_ptr();
+  if (config != nullptr && config->count() > 0) options.config_file = config->results().front();
   options.n_threads = threads_ == "auto"
                           ? default_thread_count()
-                          : static_cast<int>(parse_whole("--threads", threads_, 1, 4096));
+                          : std::min(static_cast<int>(parse_whole("--threads", threads_, 1, 4096)), most_threads());
   if (max_memory_ != "none") options.max_memory_bytes = parse_bytes("--max-memory", max_memory_);
   options.verbosity = quiet_ ? -1 : verbose_;
   return options;

@@ -27,6 +27,22 @@ std::string duration_text(double seconds) {
   return text;
 }
 
+/// Names of files may hold anything: new lines would split a message, other control characters could do
+/// worse things to a terminal.
+std::string one_line(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) {
+      line += c;
+      continue;
+    }
+    char code[8];
+    std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned>(static_cast<unsigned char>(c)));
+    line += code;
+  }
+  return line;
+}
+
 }  // namespace
 
 Console::Console(std::string program, std::FILE* stream)
@@ -40,8 +56,8 @@ void Console::detail(std::string_view line) {
 void Console::note(std::string_view line) {
   if (verbosity_ >= 0) print("", line);
 }
-void Console::warning(std::string_view line) { print("warning: ", line); }
-void Console::error(std::string_view line) { print("error: ", line); }
+void Console::warning(std::string_view line) { print("warning: ", one_line(line)); }
+void Console::error(std::string_view line) { print("error: ", one_line(line)); }
 
 void Console::asked_for(std::string_view lines) { print("", lines); }
 

@@ -2,6 +2,7 @@
 #include "exit_code.h"
 
 #include <exception>
+#include <filesystem>
 #include <new>
 
 #include "console.h"
@@ -33,6 +34,10 @@ int run_program(Console& console, const std::function<void()>& body) {
     return fail("out of memory; make the image smaller, use fewer --threads, or set --max-memory to be "
                 "told beforehand",
                 kFailure);
+  } catch (const std::filesystem::filesystem_error& e) {
+    // The library's own text names its function; the path and the system's reason are what matters.
+    const std::string path = e.path1().empty() ? "" : e.path1().string() + ": ";
+    return fail((path + e.code().message()).c_str(), kFailure);
   } catch (const std::exception& e) {
     return fail(e.what(), kFailure);
   }

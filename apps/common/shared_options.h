@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 
 namespace sarnerf::app {
 
 /// Options that every program has.
 struct SharedOptions {
+  std::filesystem::path config_file;  ///< empty: none
   int n_threads = 0;                   ///< resolved: at least 1
   std::uint64_t max_memory_bytes = 0;  ///< 0: no limit
   int verbosity = 0;                   ///< −1 quiet, 1 and more verbose

@@ -57,6 +57,14 @@ double parse_positive(std::string_view option, std::string_view text) {
   return *value;
 }
 
+double parse_between(std::string_view option, std::string_view text, double least, double most) {
+  const auto value = to_number(text);
+  if (value && *value >= least && *value <= most) return *value;
+  char limits[80];
+  std::snprintf(limits, sizeof limits, "a number from %.10g to %.10g", least, most);
+  fail(option, limits, text);
+}
+
 std::int64_t parse_whole(std::string_view option, std::string_view text, std::int64_t least,
                          std::int64_t most) {
   std::int64_t value = 0;
@@ -68,6 +76,7 @@ std::int64_t parse_whole(std::string_view option, std::string_view text, std::in
 }
 
 std::vector<double> parse_angles_deg(std::string_view option, std::string_view text) {
+  constexpr double kMostTurned = 36000.0;  // beyond, digits of the angle are lost
   constexpr std::string_view kExpected =
       "degrees: a number, a range first:last:step such as 0:350:10, or a list of both such as 15,17,30";
   std::vector<double> angles;
@@ -78,6 +87,7 @@ std::vector<double> parse_angles_deg(std::string_view option, std::string_view t
     for (std::size_t n = 0; n < texts.size(); ++n) {
       const auto value = to_number(texts[n]);
       if (!value) fail(option, kExpected, text);
+      if (!(std::abs(*value) <= kMostTurned)) fail(option, "angles within a hundred turns", item);
       parts[n] = *value;
     }
     if (texts.size() == 1) {

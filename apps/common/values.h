@@ -19,6 +19,9 @@ double parse_number(std::string_view option, std::string_view text);
 /// A finite number above zero.
 double parse_positive(std::string_view option, std::string_view text);
 
+/// A number between two limits, both allowed.
+double parse_between(std::string_view option, std::string_view text, double least, double most);
+
 /// A whole number from `least` to `most`.
 std::int64_t parse_whole(std::string_view option, std::string_view text, std::int64_t least,
                          std::int64_t most);

@@ -78,6 +78,14 @@ nlohmann::json run_speed(const Options& o) {
   throw sarnerf::UsageError(expected + ", found '" + found.back() + "'" + (close.empty() ? "" : " (" + close + "?)"));
 }
 
+/// The result must not be written over what is measured.
+void refuse_to_replace(const std::filesystem::path& result, const std::filesystem::path& input) {
+  std::error_code ignored;
+  if (!result.empty() && std::filesystem::equivalent(result, input, ignored)) {
+    throw sarnerf::UsageError("--json " + result.string() + " would replace an input; choose another name");
+  }
+}
+
 void run(int argc, char** argv) {
   CLI::App app("Measures sarnerf: error and time, as ratios in one run, with their spread. The result "
                "is JSON on standard output.");
@@ -106,6 +114,8 @@ void run(int argc, char** argv) {
   }
   if (app.get_subcommands().empty()) throw_unknown_study(app);
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
+  for (const std::filesystem::path input : o.study.scene_files) refuse_to_replace(o.json_file, input);
+  refuse_to_replace(o.json_file, o.study.load.materials_file);
   if (o.quick) o.study.rounds = std::min(o.study.rounds, 5);
   nlohmann::json result;
   if (speed->parsed()) {
@@ -116,7 +126,7 @@ void run(int argc, char** argv) {
     result = {{"environment", sarnerf::bench::environment()},
               {"accuracy", sarnerf::bench::study_accuracy(o.study)}};
   }
-  std::cout << result.dump(1) << '\n';
+  sarnerf::app::print_result(result.dump(1) + "\n");
   if (!o.json_file.empty() && !(std::ofstream(o.json_file) << result.dump(1) << '\n')) {
     throw sarnerf::Error("cannot write " + o.json_file);
   }

@@ -156,6 +156,7 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
     job.scene = std::make_unique<const Scene>(load_scene(options.scene, load_options(options, monitor)));
   }
   job.times.load_s = loading.seconds();
+  job.options.indirect_inputs = job.scene->report.files;
   for (const std::string& note : job.scene->report.notes) console.note(note);
   for (const std::string& warning : job.scene->report.warnings) console.warning(warning);
 

@@ -28,6 +28,8 @@ void run(const Options& options, Console& console) {
     print_result(explain(job, output_text(options)) + "\n");
     return;
   }
+  // Now it is known what the scene names: none of that may be written over.
+  options.sweep() ? check_sweep(job.options, request) : check_single_view(job.options, request);
   if (options.explain) console.asked_for(explain(job, output_text(options)));
   const std::string result = options.sweep() ? write_sweep(job, request, total, console, monitor)
                                              : write_single_view(job, request, total, console, monitor);

@@ -25,6 +25,9 @@ constexpr const char* kExamples =
     "  sar_render data/street.json --pitch 35:55:5 --azimuth 0,90 --explain\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 not finite, 130 interrupted.";
 
+/// Limits of altitude and slant range: beyond the moon's orbit, or on a laboratory's table, nothing is a SAR.
+constexpr double kNearestRadar_m = 1e-3, kFarthestRadar_m = 1e9;
+
 /// The texts of all options, as given.
 struct Texts {
   std::string scene;
@@ -188,8 +191,8 @@ Options resolve(const Texts& t, const CommandLine& command, bool altitude_given)
   if (!t.slant_range.empty() && altitude_given) {
     throw UsageError("--altitude and --slant-range both place the radar; give one of them");
   }
-  o.altitude_m = parse_positive("--altitude", t.altitude);
-  if (!t.slant_range.empty()) o.slant_range_m = parse_positive("--slant-range", t.slant_range);
+  o.altitude_m = parse_between("--altitude", t.altitude, kNearestRadar_m, kFarthestRadar_m);
+  if (!t.slant_range.empty()) o.slant_range_m = parse_between("--slant-range", t.slant_range, kNearestRadar_m, kFarthestRadar_m);
   o.look = t.look == "left" ? Look::left : Look::right;
   o.aim_m = unless_auto<glm::dvec3>(t.aim, [](const auto& s) { return parse_vector("--aim", s); });
 

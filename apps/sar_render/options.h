@@ -62,6 +62,7 @@ struct Options {
   std::vector<std::string> notes;  ///< what the user should know about these options, one line each
 
   SharedOptions shared;
+  std::vector<std::filesystem::path> indirect_inputs;  ///< that the scene names, once it is loaded
 
   /// Whether the scene is an OpenVDB file.
   bool volume() const { return scene.extension() == ".vdb"; }

@@ -81,7 +81,9 @@ void require_volume_place(const Options& options) {
 }
 
 void refuse_input(const std::filesystem::path& output, const Options& options) {
-  for (const std::filesystem::path& input : {options.scene, options.materials}) {
+  std::vector<std::filesystem::path> inputs{options.scene, options.materials, options.shared.config_file};
+  inputs.insert(inputs.end(), options.indirect_inputs.begin(), options.indirect_inputs.end());
+  for (const std::filesystem::path& input : inputs) {
     std::error_code ignored;
     if (!input.empty() && std::filesystem::equivalent(input, output, ignored)) {
       throw UsageError("the output " + output.string() + " would replace the input; choose another -o");

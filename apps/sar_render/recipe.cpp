@@ -58,6 +58,11 @@ Json views_request(const Options& o) {
   return j;
 }
 
+/// The same with what is not UTF-8 replaced, as it comes back from a file: names of files may be any bytes.
+Json valid_text(const Json& json) {
+  return Json::parse(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
 void collect_differences(const Json& found, const Json& wanted, const std::string& place,
                          std::vector<std::string>& list) {
   if (found == wanted) return;
@@ -98,15 +103,15 @@ Json request_of(const Options& o) {
                       {"elevations", count_or_auto(o.sampling.n_elevation)},
                       {"sub_rows", count_or_auto(o.sampling.n_sub_rows)},
                       {"integrator", name(o.sampling.integrator)}};
-  return j;
+  return valid_text(j);
 }
 
 Json make_recipe(const Json& request, const Json& resolved) {
-  return {{"format", kFormat},
-          {"version", kFormatVersion},
-          {"program", "sar_render " + std::string(kVersion)},
-          {"request", request},
-          {"resolved", resolved}};
+  return valid_text({{"format", kFormat},
+                     {"version", kFormatVersion},
+                     {"program", "sar_render " + std::string(kVersion)},
+                     {"request", request},
+                     {"resolved", resolved}});
 }
 
 std::optional<Json> read_recipe(const std::filesystem::path& path) {

@@ -32,7 +32,7 @@ Json view_json(const DatasetView& view) {
 
 /// The object's text with the views, one a line, in place of its last brace.
 std::string with_views(const Json& head, const std::vector<DatasetView>& views) {
-  std::string text = head.dump(2);
+  std::string text = head.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
   text.erase(text.rfind("\n}"));
   text += ",\n  \"views\": [";
   const char* separator = "\n    ";
@@ -45,7 +45,7 @@ std::string with_views(const Json& head, const std::vector<DatasetView>& views) 
 
 }  // namespace
 
-std::string view_text(const DatasetView& view) { return view_json(view).dump(); }
+std::string view_text(const DatasetView& view) { return view_json(view).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace); }
 
 std::string manifest_text(const Dataset& dataset) {
   Json head;

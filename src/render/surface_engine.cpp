@@ -241,6 +241,7 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
       const double row_start_m = a.row_offset_m(static_cast<double>(i) - 0.5);
       constexpr int kBlock = static_cast<int>(RayTracer::kRowsPerBlock);
       for (int sub = 0; sub < plan.n_sub_rows; sub += kBlock) {
+        monitor.check();  // a row may have thousands of slices
         render_slices(row_start_m + (sub + 0.5) * slice_width_m,
                       static_cast<std::size_t>(std::min(kBlock, plan.n_sub_rows - sub)), w);
       }

@@ -69,8 +69,7 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
   std::atomic<std::size_t> n_rows_done{0};
   parallel_for(static_cast<std::size_t>(a.n_azimuth), 1, [&](std::size_t begin, std::size_t end, int worker) {
     for (std::size_t i = begin; i < end; ++i) {
-      monitor.check();
-      view.render_row(static_cast<int>(i), *workers[static_cast<std::size_t>(worker)], out);
+      view.render_row(static_cast<int>(i), *workers[static_cast<std::size_t>(worker)], out, monitor);
       // One worker reports for all: reports must not overlap.
       const std::size_t done = ++n_rows_done;
       if (worker == 0) monitor.report("rendering rows", done, static_cast<std::uint64_t>(a.n_azimuth));

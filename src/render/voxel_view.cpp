@@ -218,7 +218,7 @@ void VoxelView::add_to_layers(std::size_t slice, const Footprints& footprints, V
   }
 }
 
-void VoxelView::render_row(int i, VoxelWorker& w, RenderedView& out) const {
+void VoxelView::render_row(int i, VoxelWorker& w, RenderedView& out, const Monitor& monitor) const {
   const Acquisition& a = plan_.acquisition;
   w.bins.assign(static_cast<std::size_t>(a.n_range), 0.0);
   w.ground_bins = bare_ground_;
@@ -236,6 +236,7 @@ void VoxelView::render_row(int i, VoxelWorker& w, RenderedView& out) const {
   const double first_along_m = a.row_offset_m(static_cast<double>(i) - 0.5) + 0.5 * slice_width_m;
   constexpr int kBlock = static_cast<int>(RayTracer::kRowsPerBlock);
   for (int first = 0; first < plan_.n_sub_rows; first += kBlock) {
+    monitor.check();
     Block block;
     block.n_slices = static_cast<std::size_t>(std::min(kBlock, plan_.n_sub_rows - first));
     for (std::size_t s = 0; s < block.n_slices; ++s) {

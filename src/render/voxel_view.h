@@ -51,7 +51,7 @@ class VoxelView {
   VoxelWorker make_worker() const;
 
   /// Writes row i of the image, and of the layers that the plan asks for.
-  void render_row(int i, VoxelWorker& w, RenderedView& out) const;
+  void render_row(int i, VoxelWorker& w, RenderedView& out, const Monitor& monitor) const;
 
  private:
   struct Block {

@@ -30,7 +30,10 @@ bool is_scene_file(const std::filesystem::path& path) {
 /// An unknown name is the command line's fault and not that of a file.
 void require_ground(const MaterialLibrary& library, const std::string& name) {
   try {
-    library.require(name, "--ground");
+    if (!library.require(name, "--ground").opaque) {
+      throw UsageError("--ground: the material " + in_quotes(name) +
+                       " is translucent, and the ground has no far side; choose an opaque one");
+    }
   } catch (const InputError& error) {
     throw UsageError(error.what());
   }

@@ -135,3 +135,52 @@ TEST_CASE("a mistake in the configuration file is a bad input file") {
   CHECK(value.code == 2);
   CHECK(is_error_line(value.err, "95"));
 }
+
+TEST_CASE("outputs never replace what was read, however indirectly") {
+  const SceneFolder folder;
+  write_text(folder / "m.json", R"({"format": "sarnerf-materials", "version": 1, "materials": {"a": {"gamma0": 1}}})");
+  write_text(folder / "scene.json",
+             R"({"format": "sarnerf-scene", "version": 1, "meshes": [{"file": "box.obj"}], "materials_file": "m.json"})");
+  write_text(folder / "c.json", "pitch = 45\n");
+  const auto before = folder.contents();
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"scene.json", "--pitch", "45", "-o", "m"},
+        {"scene.json", "--pitch", "45", "-o", "scene"},
+        {"box.obj", "--config", "c.json", "-o", "c"}}) {
+    auto all = arguments;
+    all.insert(all.end(), {"--overwrite", "-q", "--size", "16x16"});
+    const Outcome outcome = folder.run(all);
+    CHECK(outcome.code == 2);
+    INFO(outcome.err);
+    CHECK(outcome.err.find("would replace the input") != std::string::npos);
+    CHECK(folder.contents() == before);
+  }
+}
+
+TEST_CASE("what makes no sense is refused as such, in one line") {
+  const SceneFolder folder;
+  const auto refuses = [&](const std::vector<std::string>& more, int code, const std::string& piece) {
+    std::vector<std::string> all = {"box.obj", "--pitch", "45", "-q"};
+    all.insert(all.end(), more.begin(), more.end());
+    const Outcome outcome = folder.run(all);
+    INFO(piece << ": " << outcome.err);
+    CHECK(outcome.code == code);
+    CHECK(is_error_line(outcome.err, piece));
+  };
+  refuses({"--ground", "nope"}, 2, "unknown material 'nope'");
+  refuses({"--ground", "canopy"}, 2, "translucent");
+  refuses({"--altitude", "1e300"}, 2, "--altitude");
+  refuses({"--slant-range", "1e-10"}, 2, "--slant-range");
+  refuses({"--azimuth", "1e300"}, 2, "within a hundred turns");
+  refuses({"-o", std::string(300, 'a')}, 1, "too long");
+  refuses({"--pich", "45"}, 2, "--pitch?");
+  const Outcome split = folder.run({"x\ny.obj", "--pitch", "45"});
+  CHECK(split.code == 3);
+  CHECK(is_error_line(split.err, "x\\x0ay.obj"));
+  // Names need not be UTF-8, and then mean the same recipe when they are met again.
+  std::filesystem::copy_file(folder / "box.obj", folder / "n\xff.obj");
+  REQUIRE(folder.run({"n\xff.obj", "--pitch", "45", "-o", "n"}).code == 0);
+  CHECK(folder.run({"n\xff.obj", "--pitch", "45", "-o", "n"}).err.find("already done") != std::string::npos);
+  // Threads beyond all measure do no harm.
+  CHECK(folder.run({"box.obj", "--pitch", "45", "-q", "-o", "t", "--threads", "4096"}).code == 0);
+}
