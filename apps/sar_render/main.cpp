@@ -6,6 +6,7 @@
 #include "interrupt.h"
 #include "output_place.h"
 #include "sarnerf/core/parallel.h"
+#include "sarnerf/scene/scene.h"
 #include "single_view.h"
 #include "sweep.h"
 
@@ -18,6 +19,8 @@ void run(const Options& options, Console& console) {
                           console.progress(stage, done, n);
                         },
                         &stop_requested()};
+  // Before the file is opened for its fingerprint.
+  require_scene_file(options.scene);
   const Json request = request_of(options);
   if (!options.dry_run) {
     options.sweep() ? check_sweep(options, request) : check_single_view(options, request);

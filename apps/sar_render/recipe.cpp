@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "recipe.h"
 
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "formation.h"
 #include "layer_files.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
+#include "sarnerf/core/input_text.h"
 #include "sarnerf/core/sha256.h"
 #include "version.h"
 
@@ -115,8 +116,13 @@ Json make_recipe(const Json& request, const Json& resolved) {
 }
 
 std::optional<Json> read_recipe(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::string text;
+  try {
+    text = read_whole_file(path);
+    require_shallow_json(text, path.string());
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
   Json recipe = Json::parse(text, nullptr, false);
   if (!recipe.is_object() || recipe.value("format", Json()) != kFormat) return std::nullopt;
   return recipe;

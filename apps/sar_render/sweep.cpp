@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sweep.h"
 
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -12,6 +10,7 @@
 #include "report.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
 #include "sweep_folder.h"
 #include "sweep_run.h"
 
@@ -52,8 +51,11 @@ std::string manifest_of(const Job& job, const Json& recipe, const std::vector<ch
 }
 
 bool file_holds(const std::filesystem::path& path, const std::string& text) {
-  std::ifstream in(path, std::ios::binary);
-  return in && std::string{std::istreambuf_iterator<char>(in), {}} == text;
+  try {
+    return read_whole_file(path) == text;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 std::string progress_text(const SweepRun& run) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
 
 namespace sarnerf {
 namespace {
@@ -90,6 +91,7 @@ std::string sha256_hex(std::span<const std::byte> bytes) {
 }
 
 std::string sha256_of_file(const std::filesystem::path& path) {
+  (void)regular_file_size(path);
   const auto fail = [&] {
     throw InputError(path.string() + ": cannot be read: " + std::strerror(errno));
   };

@@ -31,7 +31,7 @@ std::vector<std::byte> encode(const char* extension, const cv::Mat& mat,
   return {first, first + bytes.size()};
 }
 
-cv::Mat decode(const std::vector<std::byte>& bytes, const std::string& where) {
+cv::Mat decode(std::span<const std::byte> bytes, const std::string& where) {
   silence_opencv();
   if (bytes.empty()) throw InputError(where + ": expected an image, found an empty file");
   // A const view suffices: the decoder only reads.

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <opencv2/imgcodecs.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,6 @@ std::vector<std::byte> encode(const char* extension, const cv::Mat& mat,
                               const std::vector<int>& parameters);
 
 /// OpenCV's decoder, the file's own depth and channels kept. Throws InputError with `where`.
-cv::Mat decode(const std::vector<std::byte>& bytes, const std::string& where);
+cv::Mat decode(std::span<const std::byte> bytes, const std::string& where);
 
 }  // namespace sarnerf

@@ -2,32 +2,23 @@
 #include "sarnerf/dataset/image_file.h"
 
 #include <cmath>
-#include <fstream>
 #include <limits>
+#include <span>
 #include <string>
 
 #include "codec.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
 
 namespace sarnerf {
 namespace {
 
-std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
-  std::error_code code;
-  if (std::filesystem::is_directory(path, code)) {
-    throw InputError(path.string() + ": expected an image file, found a folder");
-  }
-  std::ifstream in(path, std::ios::binary | std::ios::ate);
-  if (!in) throw InputError(path.string() + ": the image cannot be opened; check the path");
-  const std::streamoff size = in.tellg();
-  if (size > std::numeric_limits<int>::max()) {
+std::string read_bytes(const std::filesystem::path& path) {
+  // The decoder counts bytes as int.
+  if (regular_file_size(path) > std::uint64_t(std::numeric_limits<int>::max())) {
     throw InputError(path.string() + ": expected an image below 2 GiB");
   }
-  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
-  in.seekg(0);
-  in.read(reinterpret_cast<char*>(bytes.data()), size);
-  if (!in) throw InputError(path.string() + ": the image cannot be read to its end");
-  return bytes;
+  return read_whole_file(path);
 }
 
 /// One value of a pixel whose channels must agree (a grey picture stored in colour).
@@ -76,7 +67,8 @@ std::vector<std::byte> encode_tiff(const Image<std::uint8_t>& image) { return ti
 
 Image<float> read_image(const std::filesystem::path& path) {
   const std::string where = path.string();
-  const cv::Mat mat = decode(read_bytes(path), where);
+  const std::string bytes = read_bytes(path);
+  const cv::Mat mat = decode(std::as_bytes(std::span(bytes)), where);
   const int channels = mat.channels();
   if (channels == 2 || channels > 4 || (channels > 1 && mat.depth() >= CV_32F)) {
     throw InputError(where + ": expected one channel, found " + std::to_string(channels));

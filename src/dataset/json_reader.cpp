@@ -5,10 +5,13 @@
 #include <limits>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_text.h"
 
 namespace sarnerf {
 
 Json JsonReader::parse(std::string_view text, const std::string& where) {
+  text = without_byte_order_mark(text, where);
+  require_shallow_json(text, where);
   try {
     return Json::parse(text);
   } catch (const Json::parse_error& e) {

@@ -16,7 +16,8 @@ using Json = nlohmann::ordered_json;
 /// an object were asked for: finish() refuses the others, which are mostly misspelt.
 class JsonReader {
  public:
-  /// Parses a document. Throws InputError with line and column for bad syntax.
+  /// Parses a document, with or without a byte-order mark. Throws InputError with line and column for bad
+  /// syntax and for nesting beyond kDeepestJson.
   static Json parse(std::string_view text, const std::string& where);
 
   JsonReader(const Json& value, std::string where);

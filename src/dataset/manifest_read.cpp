@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include "json_reader.h"
 #include "manifest_names.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/manifest.h"
 
@@ -196,12 +195,11 @@ Dataset parse_manifest(std::string_view text, const std::string& where) {
 
 Dataset read_manifest(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / kManifestName;
-  std::ifstream in(path, std::ios::binary);
-  if (!in) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) {
     throw InputError(path.string() + ": the manifest cannot be opened; expected a dataset's folder");
   }
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  return parse_manifest(text, path.string());
+  return parse_manifest(read_whole_file(path), path.string());
 }
 
 }  // namespace sarnerf

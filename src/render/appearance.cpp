@@ -13,7 +13,8 @@ namespace sarnerf {
 namespace {
 
 Appearance make_appearance(const Material& material, bool two_sided,
-                           const glm::dmat4& object_from_world, const glm::dvec3& scene_origin_m) {
+                           const glm::dmat4& object_from_world, const glm::dvec3& scene_origin_m,
+                           double reach_m) {
   Appearance appearance;
   appearance.gamma0 = static_cast<float>(material.gamma0);
   appearance.exponent = static_cast<float>(material.exponent);
@@ -23,9 +24,14 @@ Appearance make_appearance(const Material& material, bool two_sided,
     glm::dmat4 object_from_scene = object_from_world;
     object_from_scene[3] = glm::dvec4(origin_in_object, 1.0);
     appearance.checker.emplace(material.texture, object_from_scene);
+    if (!appearance.checker->resolved_within(reach_m)) appearance.checker.reset();
   }
   return appearance;
 }
+
+/// Squares that fit between origin and reach: leaves 6 bits of single precision's 24 to place within one (with 4,
+/// the power of a block was 6 % off).
+constexpr double kMostSquares = 1 << 18;
 
 glm::dvec3 modulo_two(const glm::dvec3& v) { return v - 2.0 * glm::floor(0.5 * v); }
 
@@ -37,6 +43,7 @@ PlacedChecker::PlacedChecker(const Texture& texture, const glm::dmat4& object_fr
                         texture.period_m)),
       squares_from_scene_single_(squares_from_scene_),
       shift_single_(shift_),
+      reach_m_(kMostSquares * texture.period_m),
       even_(static_cast<float>(1.0 + texture.contrast)),
       odd_(static_cast<float>(1.0 - texture.contrast)) {}
 
@@ -56,6 +63,7 @@ double PlacedChecker::border(const glm::dvec3& p_m, const glm::dvec3& q_m) const
 AppearanceTable make_appearances(const Scene& scene, const std::vector<std::uint32_t>& triangles,
                                  const glm::dvec3& scene_origin_m) {
   AppearanceTable table;
+  const double reach_m = scene.box.empty() ? 0.0 : glm::length(scene.box.size());
   table.of_triangle.reserve(triangles.size());
   std::map<std::tuple<std::uint32_t, std::uint32_t, bool>, std::uint16_t> known;
   for (const std::uint32_t triangle : triangles) {
@@ -72,7 +80,7 @@ AppearanceTable make_appearances(const Scene& scene, const std::vector<std::uint
       found = known.emplace(key, static_cast<std::uint16_t>(table.appearances.size())).first;
       table.appearances.push_back(make_appearance(scene.materials[material], !piece.closed,
                                                   scene.objects[piece.object].object_from_world,
-                                                  scene_origin_m));
+                                                  scene_origin_m, reach_m));
     }
     table.of_triangle.push_back(found->second);
   }
@@ -81,7 +89,15 @@ AppearanceTable make_appearances(const Scene& scene, const std::vector<std::uint
 
 Appearance ground_appearance(const Scene& scene, const glm::dvec3& scene_origin_m) {
   return make_appearance(scene.materials[scene.ground->material], false, glm::dmat4(1.0),
-                         scene_origin_m);
+                         scene_origin_m, 0.0);
+}
+
+Appearance ground_of_view(const Appearance& ground, const Acquisition& a, const glm::dvec3& aim_m) {
+  const double swath_m = std::hypot(a.n_azimuth * a.azimuth_spacing_m,
+                                    a.n_range * a.range_spacing_m / std::sin(a.incidence_rad));
+  Appearance seen = ground;
+  if (seen.checker && !seen.checker->resolved_within(glm::length(aim_m) + swath_m)) seen.checker.reset();
+  return seen;
 }
 
 }  // namespace sarnerf

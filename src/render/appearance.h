@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/scene/scene.h"
 
 namespace sarnerf {
@@ -24,6 +25,10 @@ class PlacedChecker {
     const std::int32_t parity = whole_below(p.x) ^ whole_below(p.y) ^ whole_below(p.z);
     return (parity & 1) != 0 ? odd_ : even_;
   }
+
+  /// Whether single precision tells neighbouring squares apart this far from the scene frame's origin.
+  /// Beyond, rounding favours even squares, and the pattern would no longer have its mean of 1.
+  bool resolved_within(double reach_m) const { return reach_m <= reach_m_; }
 
   /// Fraction of the way from p to q at which the factor changes, when it changes once along a
   /// coordinate; one half when it cannot be told.
@@ -47,6 +52,7 @@ class PlacedChecker {
   glm::dvec3 shift_;               ///< modulo 2, the pattern's period: small however far the object is
   glm::mat3 squares_from_scene_single_;
   glm::vec3 shift_single_;
+  double reach_m_;    ///< see resolved_within()
   float even_, odd_;  ///< factors of the squares
 };
 
@@ -79,11 +85,16 @@ struct AppearanceTable {
 };
 
 /// `triangles`: indices into scene.mesh.triangles; `scene_origin_m`: world point that is the origin of
-/// the scene frame. Throws UsageError for more than 65,535 different appearances.
+/// the scene frame. Checkers too fine for single precision over the scene's box are left out: their mean is
+/// 1. Throws UsageError for more than 65,535 different appearances.
 AppearanceTable make_appearances(const Scene& scene, const std::vector<std::uint32_t>& triangles,
                                  const glm::dvec3& scene_origin_m);
 
-/// Appearance of the ground plane.
+/// Appearance of the ground plane. How far it reaches is the view's to say: see ground_of_view().
 Appearance ground_appearance(const Scene& scene, const glm::dvec3& scene_origin_m);
+
+/// The ground's appearance in a view: without its checker where that is too fine for the view's reach.
+/// `aim_m`: of the aim point in the scene frame.
+Appearance ground_of_view(const Appearance& ground, const Acquisition& acquisition, const glm::dvec3& aim_m);
 
 }  // namespace sarnerf

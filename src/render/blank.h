@@ -11,7 +11,8 @@ namespace sarnerf {
 
 /// What rendering saw of a view whose image is all zero.
 struct BlankEvidence {
-  std::uint64_t n_hits = 0;
+  std::uint64_t n_hits = 0;  ///< of opaque faces, or of rays that met a volume
+  bool volume = false;       ///< voxels instead of a mesh with materials
 };
 
 /// Why the image is blank, and what to do: one line. A blank image is never silent.

@@ -13,7 +13,7 @@ namespace sarnerf {
 /// stands for the ground of its step of angle, so that together they cover it without gaps.
 class GroundRays {
  public:
-  /// `rays` and `appearance` must outlive it.
+  /// `rays` must outlive it.
   GroundRays(const ViewRays& rays, const Appearance& appearance, double height_m);
 
   /// Whether the plane looks the same everywhere: it needs no rays of its own then.
@@ -27,7 +27,7 @@ class GroundRays {
 
  private:
   const ViewRays& rays_;
-  const Appearance& appearance_;
+  Appearance appearance_;
   std::vector<double> offset_m_, gamma_;        ///< per ray
   std::vector<double> first_bin_, last_bin_;    ///< per ray: between which it covers the ground
 };

@@ -24,6 +24,9 @@ CellOffset cell_offset(int q, int count) {
 
 constexpr int kMaxSubRays = 64;
 
+/// Segments that are gathered before they are integrated: bounds the memory of a worker.
+constexpr std::size_t kMostSegments = std::size_t{1} << 16;
+
 /// Two-way optical depth that leaves half of the power.
 constexpr double kHalfPower = std::numbers::ln2;
 
@@ -141,6 +144,19 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
   const double spacing_m = rays.grid.acquisition().range_spacing_m;
   const double n_bins = static_cast<double>(bins.size());
   scratch.clear();
+  const auto integrate_batch = [&] {
+    const SegmentSpans<float> segments{scratch.ray_begin, scratch.ray_row, scratch.bin,
+                                       scratch.length_m};
+    const FieldSamples<float> field{scratch.extinction, scratch.extinction_back, scratch.scattering,
+                                    SourceForm::scattering};
+    integrate(segments, field, integrator, static_cast<int>(bins.size()), bins);
+    if (layers != nullptr) {
+      scratch.contributions.resize(scratch.bin.size());
+      contributions(segments, field, integrator, scratch.contributions);
+      add_layers(scratch, *layers);
+    }
+    scratch.clear();
+  };
 
   const int last = std::min(end, slice.first + slice.n_rays);
   for (int k = std::max(first, slice.first); k < last; ++k) {
@@ -210,16 +226,9 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
       scratch.ray_row.push_back(0);
       if (layers != nullptr) scratch.ray_k.push_back(static_cast<std::uint32_t>(k));
     }
+    if (scratch.bin.size() >= kMostSegments) integrate_batch();
   }
-  const SegmentSpans<float> segments{scratch.ray_begin, scratch.ray_row, scratch.bin,
-                                     scratch.length_m};
-  const FieldSamples<float> field{scratch.extinction, scratch.extinction_back, scratch.scattering,
-                                  SourceForm::scattering};
-  integrate(segments, field, integrator, static_cast<int>(bins.size()), bins);
-  if (layers == nullptr) return;
-  scratch.contributions.resize(scratch.bin.size());
-  contributions(segments, field, integrator, scratch.contributions);
-  add_layers(scratch, *layers);
+  integrate_batch();
 }
 
 }  // namespace sarnerf

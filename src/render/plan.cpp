@@ -8,7 +8,9 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/units.h"
+#include "slice.h"
 #include "visible_extent.h"
+#include "voxel_view.h"
 
 namespace sarnerf {
 namespace {
@@ -18,6 +20,7 @@ namespace {
 struct Density {
   double ray_spacing_in_pixels;
   int n_sub_rows;
+  int least_at_once;       ///< slices that must be traced together
   double seconds_per_ray;  ///< tracing and deposit, on one thread of a 2.5 GHz server core (sar_bench speed)
 };
 /// What crosses a translucent solid's box besides costs: its faces are found one by one, and its bins
@@ -29,8 +32,18 @@ constexpr int kLeastRaysAcross = 32;
 constexpr int kLeastSlicesAcross = 128;
 /// Limits of that, for scenes much smaller than a pixel.
 constexpr double kMostRefinedRays = 4096.0, kMostRefinedSlices = 65536.0;
-constexpr Density kSurfaceDensity{0.25, 8, 60e-9};
-constexpr Density kVoxelDensity{1.0, 2, 1000e-9};
+constexpr Density kSurfaceDensity{0.25, 8, 1, 60e-9};
+// How far a volume's surface moves from slice to slice is seen by two at least.
+constexpr Density kVoxelDensity{1.0, 2, 2, 1000e-9};
+
+/// Rays that a worker traces at once, unless one slice has more.
+constexpr std::uint64_t kMostRaysAtOnce = 1 << 18;
+
+/// Tables of a view by elevation: directions, origins, ground.
+constexpr std::uint64_t kViewBytesPerRay = 132;
+
+/// A thread's stack and what its allocator keeps in reserve.
+constexpr std::uint64_t kWorkerBytes = 1'000'000;
 
 template <class... Arguments>
 std::string format(const char* pattern, Arguments... arguments) {
@@ -56,21 +69,28 @@ void check_radar_position(const Scene& scene, const Acquisition& a) {
   }
 }
 
+struct KeptRays {
+  std::uint64_t n = 0;
+  std::uint64_t widest = 0;  ///< of any one slice
+};
+
 /// Rays of the plan that may meet a box.
-std::uint64_t count_rays_to(const Box& box, const ViewPlan& plan) {
-  if (box.empty()) return 0;
+KeptRays count_rays_to(const Box& box, const ViewPlan& plan) {
+  if (box.empty()) return {};
   const Acquisition& a = plan.acquisition;
   const VisibleExtent extent(a, box);
-  double kept = 0.0;
+  double kept = 0.0, widest = 0.0;
   // Every row's first slice stands for all of its slices: exact enough for a plan.
   for (int i = 0; i < a.n_azimuth; ++i) {
     const double along_m = a.row_offset_m(i);
     const auto angles = extent.angles(along_m, along_m);
     if (!angles) continue;
     const double n = (angles->second - angles->first) / plan.fan.step_rad + 1.0;
-    kept += std::min(n, double(plan.fan.n_elevation)) * plan.n_sub_rows;
+    const double n_in_fan = std::min(n, double(plan.fan.n_elevation));
+    kept += n_in_fan * plan.n_sub_rows;
+    widest = std::max(widest, n_in_fan);
   }
-  return static_cast<std::uint64_t>(kept);
+  return {static_cast<std::uint64_t>(kept), static_cast<std::uint64_t>(widest) + 2};
 }
 
 /// The rays of a lattice of angles through the aim point that cover the extent. Anchored there and not
@@ -197,8 +217,14 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   }
   const auto n_elevation = static_cast<std::uint64_t>(plan.fan.n_elevation);
   plan.n_grid_rays = std::uint64_t(a.n_azimuth) * std::uint64_t(plan.n_sub_rows) * n_elevation;
-  plan.n_kept_rays = std::min(plan.n_grid_rays, count_rays_to(scene.box, plan));
-  plan.memory_bytes += n_elevation * (100 + 60 * std::uint64_t(thread_count()));
+  const KeptRays kept = count_rays_to(scene.box, plan);
+  plan.n_kept_rays = std::min(plan.n_grid_rays, kept.n);
+  plan.n_widest_slice = std::min(n_elevation, kept.widest);
+  // By the plan alone, never by threads or memory: which slices are traced together shows in last digits.
+  const auto room = static_cast<int>(kMostRaysAtOnce / std::max<std::uint64_t>(plan.n_widest_slice, 1));
+  const int most = std::min(static_cast<int>(RayTracer::kRowsPerBlock), plan.n_sub_rows);
+  plan.n_slices_at_once = std::clamp(room, std::min(density.least_at_once, most), most);
+  plan.memory_bytes += n_elevation * kViewBytesPerRay + std::uint64_t(thread_count()) * kWorkerBytes;
   plan.expected_s = double(plan.n_kept_rays) * density.seconds_per_ray / thread_count();
   return plan;
 }
@@ -211,10 +237,15 @@ constexpr std::uint64_t kLayerBytesPerBin = 140;
 ViewPlan plan_view(const Scene& scene, const Box& media_m, const Acquisition& acquisition,
                    const Sampling& sampling) {
   ViewPlan plan = plan_rays(scene, acquisition, sampling, kSurfaceDensity);
-  if (plan.fan.n_elevation > 0) {
-    plan.left_out = left_out(scene, plan);
-    plan.expected_s += double(count_rays_to(media_m, plan)) * kSecondsPerMediaRay / thread_count();
+  if (plan.fan.n_elevation == 0) return plan;
+  plan.left_out = left_out(scene, plan);
+  std::uint64_t worker_bytes =
+      plan.n_widest_slice * static_cast<std::uint64_t>(plan.n_slices_at_once) * kSliceBytesPerRay;
+  if (scene.ground && scene.materials[scene.ground->material].texture.kind != Texture::Kind::none) {
+    worker_bytes += std::uint64_t(plan.fan.n_elevation) * kBareSliceBytesPerRay;
   }
+  plan.expected_s += double(count_rays_to(media_m, plan).n) * kSecondsPerMediaRay / thread_count();
+  plan.memory_bytes += worker_bytes * static_cast<std::uint64_t>(thread_count());
   return plan;
 }
 
@@ -228,7 +259,17 @@ ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisi
   const double slices = std::ceil(acquisition.azimuth_spacing_m / volume.grid.transform().voxel_size_m);
   density.n_sub_rows = std::max(density.n_sub_rows, static_cast<int>(std::min(slices, 64.0)));
   ViewPlan plan = plan_rays(scene, acquisition, sampling, density);
-  if (plan.fan.n_elevation > 0) plan.left_out = left_out_of_volume(scene, volume, plan);
+  if (plan.fan.n_elevation == 0) return plan;
+  plan.left_out = left_out_of_volume(scene, volume, plan);
+  const std::uint64_t n_packed = plan.n_widest_slice * static_cast<std::uint64_t>(plan.n_slices_at_once);
+  // No ray is longer than the box; half as much again for cuts at borders of bins and bricks.
+  const double length_m = scene.box.empty() ? 0.0 : glm::length(scene.box.size());
+  const double most_per_ray = 1.5 * length_m / (kLongestSegment * volume.grid.transform().voxel_size_m) + 2.0;
+  const double n_segments = std::min(double(n_packed) * most_per_ray,
+                                     double(kMostSegments) + 16.0 * plan.n_slices_at_once * most_per_ray);
+  const std::uint64_t worker_bytes =
+      n_packed * kPackedBytesPerRay + static_cast<std::uint64_t>(n_segments) * kBytesPerSegment;
+  plan.memory_bytes += worker_bytes * static_cast<std::uint64_t>(thread_count());
   return plan;
 }
 

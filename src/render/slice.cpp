@@ -75,14 +75,21 @@ PlaneLoop plane_loop(const ViewRays& rays, std::size_t from, std::size_t count,
   return loop;
 }
 
+/// Of scratch whose content nobody needs: the old memory goes before the new comes, and none is spare.
+template <class T>
+void regrow(std::vector<T>& array, std::size_t size) {
+  array = std::vector<T>();
+  array.resize(size);
+}
+
 }  // namespace
 
 void Slice::resize(int n) {
   n_rays = n;
   const auto size = static_cast<std::size_t>(n) + 2;
   if (surface.size() >= size) return;
-  surface.resize(size);
-  for (auto* array : {&bin, &bin_per_ray, &bin_per_slice, &gamma, &cosine}) array->resize(size);
+  regrow(surface, size);
+  for (auto* array : {&bin, &bin_per_ray, &bin_per_slice, &gamma, &cosine}) regrow(*array, size);
 }
 
 void SliceBlock::Rays::resize(int n) {
@@ -90,7 +97,7 @@ void SliceBlock::Rays::resize(int n) {
   if (distance.size() >= size) return;
   for (auto* array :
        {&origin_x, &origin_y, &origin_z, &distance, &normal_x, &normal_y, &normal_z}) {
-    array->resize(size);
+    regrow(*array, size);
   }
 }
 

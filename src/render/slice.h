@@ -32,6 +32,11 @@ struct Slice {
   void resize(int n);
 };
 
+/// Bytes of scratch that a worker takes for each ray of each slice that it traces at once.
+inline constexpr std::uint64_t kSliceBytesPerRay = 52;
+/// And of a slice that meets the ground only.
+inline constexpr std::uint64_t kBareSliceBytesPerRay = 24;
+
 /// Neighbouring slices over the same rays k, traced together because that is faster.
 struct SliceBlock {
   std::array<Slice, RayTracer::kRowsPerBlock> slices;

@@ -142,7 +142,9 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
                                   state.origin_m);
   std::optional<GroundPlane> ground;
   if (state.scene.ground) {
-    ground.emplace(rays, ground_appearance(state.scene, state.origin_m),
+    ground.emplace(rays,
+                   ground_of_view(ground_appearance(state.scene, state.origin_m), a,
+                                  a.aim_m - state.origin_m),
                    state.scene.ground->height_m);
   }
   const SliceScene slice_scene{rays, sections, state.appearances,
@@ -239,11 +241,11 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
       w.bins.assign(static_cast<std::size_t>(a.n_range), 0.0);
       if (w.layers) w.layers->begin_row();
       const double row_start_m = a.row_offset_m(static_cast<double>(i) - 0.5);
-      constexpr int kBlock = static_cast<int>(RayTracer::kRowsPerBlock);
-      for (int sub = 0; sub < plan.n_sub_rows; sub += kBlock) {
+      const int n_at_once = plan.n_slices_at_once;
+      for (int sub = 0; sub < plan.n_sub_rows; sub += n_at_once) {
         monitor.check();  // a row may have thousands of slices
         render_slices(row_start_m + (sub + 0.5) * slice_width_m,
-                      static_cast<std::size_t>(std::min(kBlock, plan.n_sub_rows - sub)), w);
+                      static_cast<std::size_t>(std::min(n_at_once, plan.n_sub_rows - sub)), w);
       }
       const auto row = view.beta0.row(static_cast<int>(i));
       for (std::size_t j = 0; j < row.size(); ++j) row[j] = static_cast<float>(w.bins[j] * beta0_per_mass[j]);

@@ -5,6 +5,27 @@
 #include <cmath>
 
 namespace sarnerf {
+namespace {
+
+constexpr std::size_t kLeastToMerge = 64;
+
+/// Sorts ranges and joins those that touch.
+void merge(std::vector<RayRange>& row) {
+  std::sort(row.begin(), row.end(),
+            [](const RayRange& a, const RayRange& b) { return a.first < b.first; });
+  std::size_t n = 0;
+  for (const RayRange& next : row) {
+    if (n > 0 && next.first <= row[n - 1].first + row[n - 1].count) {
+      const int end = std::max(row[n - 1].first + row[n - 1].count, next.first + next.count);
+      row[n - 1].count = end - row[n - 1].first;
+    } else {
+      row[n++] = next;
+    }
+  }
+  row.resize(n);
+}
+
+}  // namespace
 
 VisibleRays::VisibleRays(const Acquisition& acquisition, const Fan& fan,
                          std::span<const Box> boxes_from_aim)
@@ -34,22 +55,18 @@ VisibleRays::VisibleRays(const Acquisition& acquisition, const Fan& fan,
     const double last_row = std::floor(last_along / acquisition.azimuth_spacing_m + middle + 0.5);
     const double end = double(acquisition.n_azimuth) - 1.0;
     for (double i = std::max(first_row, 0.0); i <= std::min(last_row, end); i += 1.0) {
-      rows_[static_cast<std::size_t>(i)].push_back(rays);
+      std::vector<RayRange>& row = rows_[static_cast<std::size_t>(i)];
+      // Merging before the vector would grow keeps it as small as its result.
+      if (row.size() == row.capacity() && row.size() >= kLeastToMerge) {
+        merge(row);
+        row.reserve(2 * std::max(row.size(), kLeastToMerge));
+      }
+      row.push_back(rays);
     }
   }
   for (std::vector<RayRange>& row : rows_) {
-    std::sort(row.begin(), row.end(),
-              [](const RayRange& a, const RayRange& b) { return a.first < b.first; });
-    std::size_t n = 0;
-    for (const RayRange& next : row) {
-      if (n > 0 && next.first <= row[n - 1].first + row[n - 1].count) {
-        const int end = std::max(row[n - 1].first + row[n - 1].count, next.first + next.count);
-        row[n - 1].count = end - row[n - 1].first;
-      } else {
-        row[n++] = next;
-      }
-    }
-    row.resize(n);
+    merge(row);
+    row.shrink_to_fit();
   }
 }
 

@@ -46,7 +46,10 @@ double VoxelEngine::build_s() const { return state_->build_s; }
 std::uint64_t VoxelEngine::memory_bytes() const { return state_->scene.memory_bytes(); }
 
 ViewPlan VoxelEngine::plan(const Acquisition& acquisition, const Sampling& sampling) const {
-  return plan_voxel_view(state_->scene.planned(), state_->scene.volume, acquisition, sampling);
+  ViewPlan plan = plan_voxel_view(state_->scene.planned(), state_->scene.volume, acquisition, sampling);
+  // The boxes of matter are carried to the aim point for each view.
+  plan.memory_bytes += state_->scene.boxes_m.size() * sizeof(Box);
+  return plan;
 }
 
 RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) const {
@@ -57,7 +60,7 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
   out.layers = Layers(plan.layers.layers, a.n_azimuth, a.n_range);
   const Scene planned = state_->scene.planned();
   if (plan.fan.n_elevation == 0) {
-    out.warnings.push_back(explain_blank(planned, plan, BlankEvidence{}));
+    out.warnings.push_back(explain_blank(planned, plan, BlankEvidence{0, true}));
     return out;
   }
 
@@ -79,7 +82,7 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
   for (const auto& w : workers) out.n_hits += w->n_hits;
   out.trace_and_deposit_s = seconds_since(start);
   if (std::none_of(out.beta0.pixels().begin(), out.beta0.pixels().end(), [](float p) { return p > 0.0f; })) {
-    out.warnings.push_back(explain_blank(planned, plan, BlankEvidence{out.n_hits}));
+    out.warnings.push_back(explain_blank(planned, plan, BlankEvidence{out.n_hits, true}));
   }
   return out;
 }

@@ -10,8 +10,8 @@
 namespace sarnerf {
 namespace {
 
-/// Longest segment, in voxels: the field is linear over less than that.
-constexpr double kLongestSegment = 0.5;
+/// Rays of each slice that are marched before the segments are counted.
+constexpr std::size_t kRaysPerStep = 16;
 
 /// Segments that emit less than this part of what lies before them on their ray are left out.
 constexpr double kLeastPart = 1e-7;
@@ -43,7 +43,8 @@ VoxelView::VoxelView(const VoxelScene& scene, const ViewPlan& plan)
   grid_.transform.origin_m -= a.aim_m;
   bare_ground_.assign(static_cast<std::size_t>(a.n_range), 0.0);
   if (scene.ground) {
-    ground_.emplace(rays_, *scene.ground, scene.scene.ground->height_m);
+    ground_.emplace(rays_, ground_of_view(*scene.ground, a, a.aim_m - scene.origin_m),
+                    scene.scene.ground->height_m);
     uniform_ground_ = ground_->uniform();
   }
   if (uniform_ground_) {
@@ -76,12 +77,12 @@ void VoxelView::trace(const Block& block, std::span<const RayRange> ranges, Voxe
   scene_.tracer->entries(std::span(rows).first(block.n_slices), std::span(hits).first(block.n_slices));
 }
 
-/// Marches the rays of one slice that entered matter.
-void VoxelView::march(const Block& block, std::size_t slice, VoxelWorker& w) const {
+/// Marches those of the slice's rays that entered matter.
+void VoxelView::march(const Block& block, std::size_t slice, const Part& part, VoxelWorker& w) const {
   const PackedRow& packed = w.rows[slice];
   SliceEmission& emission = w.emission[slice];
   const double entry_margin_m = kEntryMargin * grid_.transform.voxel_size_m;
-  for (std::size_t n = 0; n < w.packed_k.size(); ++n) {
+  for (std::size_t n = part.first; n < part.end; ++n) {
     const int k = w.packed_k[n];
     double depth = 0.0;
     if (packed.box[n] != kNoTriangle) {
@@ -90,10 +91,25 @@ void VoxelView::march(const Block& block, std::size_t slice, VoxelWorker& w) con
       if (ground_) interval.far_m = std::min(interval.far_m, ground_->offset_m(k));
       emission.batch_ray[n] = static_cast<std::uint32_t>(w.batch.n_rays());
       depth = w.marcher.march(rays_.grid, block.along_m[slice], 0, k, interval, w.batch, w.field);
-      w.n_hits += depth > 0.0;
+      w.n_hits += depth > 0.0 && n >= w.n_counted;
     }
-    if (ground_) see_ground(block, slice, k, depth < kEndOfRayDepth ? std::exp(-depth) : 0.0, w);
+    if (ground_ && n >= w.n_counted) see_ground(block, slice, k, depth < kEndOfRayDepth ? std::exp(-depth) : 0.0, w);
   }
+}
+
+/// Marches the rays from `first` on, until all are done or their segments fill the worker's memory.
+VoxelView::Part VoxelView::march_part(const Block& block, std::size_t first, VoxelWorker& w) const {
+  w.batch.clear();
+  w.field.clear();
+  Part part{first, first};
+  while (part.end < w.packed_k.size()) {
+    if (!w.layers && part.end - first > 1 && w.batch.n_segments() >= kMostSegments) break;
+    const Part step{part.end, std::min(part.end + kRaysPerStep, w.packed_k.size())};
+    for (std::size_t s = 0; s < block.n_slices; ++s) march(block, s, step, w);
+    part.end = step.end;
+  }
+  w.n_counted = part.end;
+  return part;
 }
 
 /// What ray k sees of the ground goes into the row's ground: all of it, or, where the bare ground is known,
@@ -128,15 +144,15 @@ SegmentEmission VoxelView::emission_of_segment(const VoxelWorker& w, std::size_t
                           length_m * two_way_per_m(w, segment));
 }
 
-/// What each ray of the block emits, and where.
-void VoxelView::find_emissions(const Block& block, VoxelWorker& w) const {
+/// What each ray of the part emits, and where.
+void VoxelView::find_emissions(const Block& block, const Part& part, VoxelWorker& w) const {
   w.contributions.resize(w.batch.n_segments());
   w.emitted.resize(w.batch.n_segments());
   contributions(spans(w.batch), samples(w.field, scene_.volume.channels.basis), plan_.integrator,
                 w.contributions);
   for (std::size_t s = 0; s < block.n_slices; ++s) {
     SliceEmission& emission = w.emission[s];
-    for (std::size_t n = 0; n < w.packed_k.size(); ++n) {
+    for (std::size_t n = part.first; n < part.end; ++n) {
       const std::uint32_t ray = emission.batch_ray[n];
       if (ray == SliceEmission::kNoRay) continue;
       double mass = 0.0, moment = 0.0;
@@ -154,9 +170,10 @@ void VoxelView::find_emissions(const Block& block, VoxelWorker& w) const {
 }
 
 /// Places what a slice emits on the row's bins.
-void VoxelView::deposit(std::size_t slice, const Footprints& footprints, VoxelWorker& w) const {
+void VoxelView::deposit(std::size_t slice, const Part& part, const Footprints& footprints,
+                        VoxelWorker& w) const {
   const SliceEmission& emission = w.emission[slice];
-  for (std::size_t n = 0; n < w.packed_k.size(); ++n) {
+  for (std::size_t n = part.first; n < part.end; ++n) {
     if (!(emission.mass[n] > 0.0)) continue;
     const RangeSpan over_ray = footprints.over_ray(slice, n);
     const double over_slice = footprints.over_slice(slice, n);
@@ -234,11 +251,11 @@ void VoxelView::render_row(int i, VoxelWorker& w, RenderedView& out, const Monit
   }
   const double slice_width_m = a.azimuth_spacing_m / plan_.n_sub_rows;
   const double first_along_m = a.row_offset_m(static_cast<double>(i) - 0.5) + 0.5 * slice_width_m;
-  constexpr int kBlock = static_cast<int>(RayTracer::kRowsPerBlock);
-  for (int first = 0; first < plan_.n_sub_rows; first += kBlock) {
+  const int n_at_once = plan_.n_slices_at_once;
+  for (int first = 0; first < plan_.n_sub_rows; first += n_at_once) {
     monitor.check();
     Block block;
-    block.n_slices = static_cast<std::size_t>(std::min(kBlock, plan_.n_sub_rows - first));
+    block.n_slices = static_cast<std::size_t>(std::min(n_at_once, plan_.n_sub_rows - first));
     for (std::size_t s = 0; s < block.n_slices; ++s) {
       block.along_m[s] = first_along_m + (first + static_cast<int>(s)) * slice_width_m;
       w.emission[s].assign(w.packed_k.size());
@@ -248,15 +265,17 @@ void VoxelView::render_row(int i, VoxelWorker& w, RenderedView& out, const Monit
       }
       if (ground_ && !uniform_ground_) see_bare_ground(block, s, ranges, w);
     }
-    if (!w.packed_k.empty()) {
-      trace(block, ranges, w);
-      for (std::size_t s = 0; s < block.n_slices; ++s) march(block, s, w);
-      find_emissions(block, w);
-    }
+    if (!w.packed_k.empty()) trace(block, ranges, w);
     const Footprints footprints(std::span(w.emission).first(block.n_slices), w.consecutive);
-    for (std::size_t s = 0; s < block.n_slices; ++s) {
-      deposit(s, footprints, w);
-      if (!w.layers) continue;
+    w.n_counted = 0;
+    for (Part part{0, 0}; part.first < w.packed_k.size(); part.first = part.end) {
+      part = march_part(block, part.first, w);
+      find_emissions(block, part, w);
+      // A ray's footprint needs its neighbour behind: the last one comes again with the next part.
+      if (part.end < w.packed_k.size()) --part.end;
+      for (std::size_t s = 0; s < block.n_slices; ++s) deposit(s, part, footprints, w);
+    }
+    for (std::size_t s = 0; s < block.n_slices && w.layers; ++s) {
       w.layers->row.begin_slice();
       for (std::size_t j = 0; j < w.bins.size(); ++j) {
         double& mass = w.layers->ground[s][j];
@@ -266,8 +285,6 @@ void VoxelView::render_row(int i, VoxelWorker& w, RenderedView& out, const Monit
       add_to_layers(s, footprints, w);
       w.layers->row.end_slice();
     }
-    w.batch.clear();
-    w.field.clear();
   }
   const auto row = out.beta0.row(i);
   for (std::size_t j = 0; j < row.size(); ++j) {

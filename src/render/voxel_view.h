@@ -39,8 +39,19 @@ struct VoxelWorker {
   std::vector<double> contributions, bins, ground_bins;
   std::vector<SegmentEmission> emitted;  ///< per segment
   std::optional<LayerScratch> layers;
+  std::size_t n_counted = 0;  ///< packed rays of the block whose hits and ground are counted
   std::uint64_t n_hits = 0;
 };
+
+/// Segments that a worker holds before it deposits them, about: bounds its memory where rays are long and
+/// voxels fine. Layers need all segments of a slice at once.
+inline constexpr std::size_t kMostSegments = std::size_t{1} << 18;
+/// Bytes of a worker's scratch for each of them, with what growing vectors hold in reserve.
+inline constexpr std::uint64_t kBytesPerSegment = 128;
+/// And for each packed ray of each slice.
+inline constexpr std::uint64_t kPackedBytesPerRay = 96;
+/// Longest segment, in voxels: the field is linear over less than that.
+inline constexpr double kLongestSegment = 0.5;
 
 /// One view of a volume, row by row; rows are independent.
 class VoxelView {
@@ -58,16 +69,21 @@ class VoxelView {
     std::size_t n_slices = 0;
     std::array<double, RayTracer::kRowsPerBlock> along_m{};
   };
+  /// Packed rays [first, end) of all slices of a block.
+  struct Part {
+    std::size_t first, end;
+  };
 
   void trace(const Block& block, std::span<const RayRange> ranges, VoxelWorker& w) const;
-  void march(const Block& block, std::size_t slice, VoxelWorker& w) const;
+  void march(const Block& block, std::size_t slice, const Part& part, VoxelWorker& w) const;
+  Part march_part(const Block& block, std::size_t first, VoxelWorker& w) const;
   void see_ground(const Block& block, std::size_t slice, int k, double passed, VoxelWorker& w) const;
   void see_bare_ground(const Block& block, std::size_t slice, std::span<const RayRange> ranges,
                        VoxelWorker& w) const;
-  void find_emissions(const Block& block, VoxelWorker& w) const;
+  void find_emissions(const Block& block, const Part& part, VoxelWorker& w) const;
   SegmentEmission emission_of_segment(const VoxelWorker& w, std::size_t segment) const;
   double two_way_per_m(const VoxelWorker& w, std::size_t segment) const;
-  void deposit(std::size_t slice, const Footprints& footprints, VoxelWorker& w) const;
+  void deposit(std::size_t slice, const Part& part, const Footprints& footprints, VoxelWorker& w) const;
   void add_to_layers(std::size_t slice, const Footprints& footprints, VoxelWorker& w) const;
   bool plane_is_hidden(std::uint32_t ray, double plane_bin, const VoxelWorker& w) const;
 

@@ -6,6 +6,7 @@
 
 #include "sarnerf/core/closest_name.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_text.h"
 #include "text.h"
 
 namespace sarnerf {
@@ -25,6 +26,8 @@ std::string syntax_complaint(const nlohmann::json::exception& error) {
 
 nlohmann::json parse_json(std::string_view text, const std::string& name) {
   using Json = nlohmann::json;
+  text = without_byte_order_mark(text, name);
+  require_shallow_json(text, name);
   std::vector<std::set<std::string>> open_objects;
   const auto refuse_double_keys = [&](int, Json::parse_event_t event, Json& parsed) {
     if (event == Json::parse_event_t::object_start) open_objects.emplace_back();
@@ -132,6 +135,14 @@ glm::dvec3 JsonView::vector() const {
   if (!value_->is_array() || value_->size() != 3) expected("three numbers in brackets");
   const std::vector<JsonView> parts = elements();
   return {parts[0].number(), parts[1].number(), parts[2].number()};
+}
+
+glm::dvec3 JsonView::vector_within(double bound) const {
+  const glm::dvec3 v = vector();
+  if (!glm::all(glm::lessThanEqual(glm::abs(v), glm::dvec3(bound)))) {
+    expected("three numbers between -" + number_text(bound) + " and " + number_text(bound));
+  }
+  return v;
 }
 
 void JsonView::require_format(std::string_view format, int version) const {

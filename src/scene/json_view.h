@@ -12,8 +12,9 @@
 
 namespace sarnerf {
 
-/// Parses a JSON text. Throws InputError with name, line and column for text that is no JSON, and for
-/// objects that hold one key twice, of which JSON libraries silently take one.
+/// Parses a JSON text, with or without a byte-order mark. Throws InputError with name, line and column for
+/// text that is no JSON, for nesting beyond kDeepestJson, and for objects that hold one key twice, of which
+/// JSON libraries silently take one.
 nlohmann::json parse_json(std::string_view text, const std::string& name);
 
 /// A value inside a JSON document that knows its place, so that every complaint can name it:
@@ -40,6 +41,7 @@ class JsonView {
   double number_at_least(double least) const;
   double number_above(double bound) const;
   glm::dvec3 vector() const;
+  glm::dvec3 vector_within(double bound) const;  ///< no component beyond ±bound
 
   bool is_text() const { return value_->is_string(); }
   bool is_array() const { return value_->is_array(); }

@@ -10,6 +10,7 @@
 #include "readers.h"
 #include "repair.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
 #include "scene_checks.h"
 #include "scene_file.h"
 #include "text.h"
@@ -281,6 +282,14 @@ class Assembly {
 };
 
 }  // namespace
+
+void require_scene_file(const std::filesystem::path& path) {
+  (void)regular_file_size(path);
+  if (is_scene_file(path) || is_mesh_file(path) || path.extension() == ".vdb") return;
+  throw InputError(path.string() +
+                   ": expected a file ending in .obj, .ply, .stl, .off, .json or .vdb, found " +
+                   in_quotes(path.extension().string()) + "; convert the mesh or rename the file");
+}
 
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) {
   require_meaning(options);

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "material_json.h"
 
+#include "scene_checks.h"
+
 namespace sarnerf {
 namespace {
+
+/// Finer than any surface is: what such squares show is their mean.
+constexpr double kFinestPeriod_m = 1e-9;
 
 Texture parse_texture(const JsonView& json) {
   json.only_keys({"kind", "period_m", "contrast", "origin_m"});
@@ -16,11 +21,11 @@ Texture parse_texture(const JsonView& json) {
   }
   if (kind.text() != "checker") kind.expected("\"none\" or \"checker\"");
   texture.kind = Texture::Kind::checker;
-  texture.period_m = json.at("period_m").number_above(0.0);
+  texture.period_m = json.at("period_m").number_at_least(kFinestPeriod_m);
   const JsonView contrast = json.at("contrast");
   texture.contrast = contrast.number_at_least(0.0);
   if (texture.contrast > 1.0) contrast.expected("a number between 0 and 1");
-  if (const auto origin = json.find("origin_m")) texture.origin_m = origin->vector();
+  if (const auto origin = json.find("origin_m")) texture.origin_m = origin->vector_within(kFarthest_m);
   return texture;
 }
 

@@ -142,7 +142,8 @@ void read_faces(const MeshSource& source, ReadProgress& progress, TriangleSoup& 
 
 }  // namespace
 
-TriangleSoup read_obj(const MeshSource& source) {
+TriangleSoup read_obj(const MeshSource& file) {
+  const MeshSource source = text_source(file);
   const Counts counts = count(source.bytes);
   require_countable(source, counts.vertices);
   source.budget.require_mesh(counts.vertices, counts.triangles, source.name);

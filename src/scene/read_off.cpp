@@ -55,7 +55,8 @@ void require_room(const MeshSource& source, std::uint64_t count, std::uint64_t b
 
 }  // namespace
 
-TriangleSoup read_off(const MeshSource& source) {
+TriangleSoup read_off(const MeshSource& file) {
+  const MeshSource source = text_source(file);
   Lines lines(source);
   std::string_view rest = lines.next("the word OFF");
   const std::string_view first = take_token(rest);

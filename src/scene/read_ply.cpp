@@ -191,7 +191,8 @@ void read_faces(const MeshSource& source, PlyBody& body, ReadProgress& progress,
 
 }  // namespace
 
-TriangleSoup read_ply(const MeshSource& source) {
+TriangleSoup read_ply(const MeshSource& file) {
+  const MeshSource source = text_source(file);
   const PlyHeader header = read_ply_header(source);
   std::uint64_t n_vertices = 0, n_faces = 0;
   for (const PlyElement& element : header.elements) {

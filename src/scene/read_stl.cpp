@@ -124,26 +124,27 @@ TriangleSoup read_ascii(const MeshSource& source) {
 
 }  // namespace
 
-TriangleSoup read_stl(const MeshSource& source) {
-  const bool has_header = source.bytes.size() >= kHeaderBytes;
-  const std::uint64_t n_facets = has_header ? load_u32(source.bytes.data() + 80) : 0;
+TriangleSoup read_stl(const MeshSource& file) {
+  const bool has_header = file.bytes.size() >= kHeaderBytes;
+  const std::uint64_t n_facets = has_header ? load_u32(file.bytes.data() + 80) : 0;
   const std::uint64_t expected = kHeaderBytes + n_facets * kFacetBytes;
   // Binary files may begin with "solid" too: only the length tells.
-  if (has_header && source.bytes.size() == expected) return read_binary(source, n_facets);
+  if (has_header && file.bytes.size() == expected) return read_binary(file, n_facets);
+  const MeshSource source = text_source(file);
   std::string_view rest = source.bytes.substr(0, 256);
   rest = rest.substr(std::min(rest.find_first_not_of(" \t\r\n"), rest.size()));
   const bool text = rest.substr(0, 5) == "solid" && rest.find('\0') == std::string_view::npos;
   if (text) return read_ascii(source);
   if (!has_header) {
-    fail(source, "expected an STL file, found " + counted(source.bytes.size(), "byte", "bytes") +
+    fail(file, "expected an STL file, found " + counted(file.bytes.size(), "byte", "bytes") +
                      ": a binary one has at least 84, an ASCII one begins with 'solid'");
   }
-  if (source.bytes.size() < expected) {
-    fail(source, "the header promises " + counted(n_facets, "triangle", "triangles") + " in " +
+  if (file.bytes.size() < expected) {
+    fail(file, "the header promises " + counted(n_facets, "triangle", "triangles") + " in " +
                      with_thousands(expected) + " bytes, found " +
-                     with_thousands(source.bytes.size()) + "; the file is cut off or damaged");
+                     with_thousands(file.bytes.size()) + "; the file is cut off or damaged");
   }
-  return read_binary(source, n_facets);
+  return read_binary(file, n_facets);
 }
 
 }  // namespace sarnerf

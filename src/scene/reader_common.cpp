@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <limits>
-#include <system_error>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
+#include "sarnerf/core/input_text.h"
 #include "text.h"
 
 namespace sarnerf {
@@ -39,6 +39,11 @@ void fail(const MeshSource& source, const std::string& message) {
 
 void fail_at_line(const MeshSource& source, std::uint64_t line, const std::string& message) {
   throw InputError(source.name + ":" + std::to_string(line) + ": " + message);
+}
+
+MeshSource text_source(MeshSource source) {
+  source.bytes = without_byte_order_mark(source.bytes, source.name);
+  return source;
 }
 
 void require_countable(const MeshSource& source, std::uint64_t n_vertices) {
@@ -85,30 +90,10 @@ TriangleSoup read_mesh(const std::filesystem::path& path, const MeshSource& sour
 }
 
 std::string read_file(const std::filesystem::path& path, const MemoryBudget& budget) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found) {
-    throw InputError(path.string() + ": no such file; check the path");
-  }
-  if (status.type() != std::filesystem::file_type::regular) {
-    throw InputError(path.string() + ": expected a file, found " +
-                     (std::filesystem::is_directory(status) ? "a folder" : "something else") +
-                     "; give the path of a mesh or of a .json scene");
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) throw InputError(path.string() + ": cannot be read: " + error.message());
+  const std::uint64_t size = regular_file_size(path);
   if (size == 0) throw InputError(path.string() + ": the file is empty; export it again");
   budget.require_file(size, path.string());
-
-  std::string bytes(size, '\0');
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError(path.string() + ": cannot be opened; check its permissions");
-  file.read(bytes.data(), static_cast<std::streamsize>(size));
-  if (static_cast<std::uintmax_t>(file.gcount()) != size) {
-    throw InputError(path.string() + ": expected " + with_thousands(size) + " bytes, could read " +
-                     with_thousands(static_cast<std::uint64_t>(file.gcount())));
-  }
-  return bytes;
+  return read_whole_file(path);
 }
 
 }  // namespace sarnerf

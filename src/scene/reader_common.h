@@ -26,6 +26,9 @@ class ReadProgress {
   std::size_t next_ = 0;
 };
 
+/// The same source without UTF-8's byte-order mark. Throws InputError for UTF-16 and UTF-32.
+MeshSource text_source(MeshSource source);
+
 /// Throws unless vertex indices fit 32 bits.
 void require_countable(const MeshSource& source, std::uint64_t n_vertices);
 

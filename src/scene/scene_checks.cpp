@@ -9,7 +9,6 @@
 namespace sarnerf {
 namespace {
 
-constexpr double kFarthest_m = 1e12;
 constexpr double kSmallest_m = 0.05;
 constexpr double kLargest_m = 200'000.0;
 /// Part of the scene's height below the ground from which on the user is told: cellars are less.

@@ -7,6 +7,9 @@
 
 namespace sarnerf {
 
+/// Nothing lies farther from the origin on any axis: squares and volumes must stay in range.
+inline constexpr double kFarthest_m = 1e12;
+
 /// Throws InputError for coordinates so large that squares and volumes of them would overflow.
 void require_reach(const MeshEntry& entry, const TriangleSoup& soup);
 

@@ -11,6 +11,7 @@
 #include "material_json.h"
 #include "readers.h"
 #include "sarnerf/core/units.h"
+#include "scene_checks.h"
 #include "text.h"
 
 namespace sarnerf {
@@ -76,7 +77,7 @@ MeshEntry parse_mesh(const JsonView& json, const std::filesystem::path& folder, 
 
   glm::dmat4 placement(1.0);
   if (const auto move = json.find("translate_m"))
-    placement = glm::translate(placement, move->vector());
+    placement = glm::translate(placement, move->vector_within(kFarthest_m));
   if (const auto turn = json.find("rotate_deg")) placement = placement * parse_rotation(*turn);
   const glm::dmat4 axes = world_from_axes(scene_up);
   entry.world_from_object = axes * placement * glm::transpose(axes);
@@ -91,7 +92,10 @@ MeshEntry parse_mesh(const JsonView& json, const std::filesystem::path& folder, 
 GroundEntry parse_ground(const JsonView& json) {
   json.only_keys({"material", "height_m"});
   GroundEntry ground{json.at("material").text(), std::nullopt, json.place()};
-  if (const auto height = json.find("height_m")) ground.height_m = height->number();
+  if (const auto height = json.find("height_m")) {
+    ground.height_m = height->number();
+    if (std::abs(*ground.height_m) > kFarthest_m) height->expected("a height within " + number_text(kFarthest_m) + " m");
+  }
   return ground;
 }
 

@@ -8,7 +8,17 @@
 namespace sarnerf {
 namespace {
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\v' || c == '\f';
+}
+
+char first_line_end(std::string_view text) {
+  const std::size_t first = text.find_first_of("\r\n");
+  if (first == std::string_view::npos || text[first] == '\n') return '\n';
+  // Text converted twice ends its lines by "\r\r\n".
+  const std::size_t behind = text.find_first_not_of('\r', first);
+  return behind != std::string_view::npos && text[behind] == '\n' ? '\n' : '\r';
+}
 
 /// from_chars takes no leading plus.
 std::string_view without_plus(std::string_view token) {
@@ -54,17 +64,19 @@ std::optional<std::int64_t> parse_integer(std::string_view token) {
   return value;
 }
 
+TextCursor::TextCursor(std::string_view text) : text_(text), line_end_(first_line_end(text)) {}
+
 bool TextCursor::next_line(std::string_view& line) {
   if (position_ >= text_.size()) return false;
   if (!in_line_) ++line_number_;
   in_line_ = false;
   const std::string_view rest = text_.substr(position_);
-  const void* found = std::memchr(rest.data(), '\n', rest.size());
+  const void* found = std::memchr(rest.data(), line_end_, rest.size());
   const std::size_t length =
       found ? static_cast<std::size_t>(static_cast<const char*>(found) - rest.data()) : rest.size();
   line = rest.substr(0, length);
   position_ += found ? length + 1 : length;
-  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  while (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   return true;
 }
 
@@ -75,14 +87,14 @@ std::string_view TextCursor::next_token() {
       in_line_ = true;
     }
     const char c = text_[position_];
-    if (c == '\n') {
+    if (c == line_end_) {
       in_line_ = false;
       ++position_;
     } else if (is_blank(c)) {
       ++position_;
     } else {
       const std::size_t begin = position_;
-      while (position_ < text_.size() && text_[position_] != '\n' && !is_blank(text_[position_])) {
+      while (position_ < text_.size() && text_[position_] != line_end_ && !is_blank(text_[position_])) {
         ++position_;
       }
       return text_.substr(begin, position_ - begin);

@@ -20,9 +20,11 @@ std::optional<std::int64_t> parse_integer(std::string_view token);
 /// Walks over a text and knows the line it is in, so that errors can name it.
 class TextCursor {
  public:
-  explicit TextCursor(std::string_view text) : text_(text) {}
+  /// Lines end as the first one does: by "\n", with or without "\r" before it, or by "\r" alone, as old
+  /// Macintosh programs write them.
+  explicit TextCursor(std::string_view text);
 
-  /// Next line without its end ("\n" or "\r\n"); false at the end of the text.
+  /// Next line without its end; false at the end of the text.
   bool next_line(std::string_view& line);
 
   /// Next token, on this line or a later one; empty at the end of the text.
@@ -34,6 +36,7 @@ class TextCursor {
 
  private:
   std::string_view text_;
+  char line_end_;
   std::size_t position_ = 0;
   std::uint64_t line_number_ = 0;
   bool in_line_ = false;  ///< next_token() has begun the line

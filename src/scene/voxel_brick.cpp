@@ -101,8 +101,12 @@ void BrickVoxeliser::set_attributes(const VoxelSurface& surface, const NearestPo
   const Material& material = scene_.materials[scene_.mesh.material[triangle]];
   const Object& object = scene_.objects[scene_.pieces[scene_.mesh.piece[triangle]].object];
   const glm::dvec3 in_object = glm::dvec3(object.object_from_world * glm::dvec4(nearest.point_m, 1.0));
+  // Squares smaller than voxels would be sampled, not averaged, and a pattern of them may beat with the
+  // grid: their mean is 1.
+  const bool textured = material.texture.period_m >= transform_.voxel_size_m;
+  const double factor = textured ? material.texture.factor(in_object) : 1.0;
   voxels.attributes.set(voxel);
-  voxels.gamma0[voxel] = static_cast<float>(material.gamma0 * material.texture.factor(in_object));
+  voxels.gamma0[voxel] = static_cast<float>(material.gamma0 * factor);
   voxels.exponent[voxel] = static_cast<float>(material.exponent);
   voxels.normal[voxel] = glm::vec3(surface.distance->normal(nearest.triangle));
   voxels.component[voxel] = component_[triangle];

@@ -41,6 +41,23 @@ TEST_CASE("dark scenes say so", "[warnings]") {
   CHECK(mentions(engine.render(engine.plan(view_of(45.0), {})).warnings, "gamma0"));
 }
 
+TEST_CASE("dense media that an integrator makes vanish say so, thin and dark ones do not", "[warnings]") {
+  const auto warnings_of = [](const Material& material, Integrator integrator) {
+    Scene scene = empty_scene(material);
+    add_box(scene, {4.0, 4.0, 4.0});
+    const SurfaceEngine engine(scene);
+    Sampling sampling;
+    sampling.integrator = integrator;
+    return engine.render(engine.plan(view_of(45.0), sampling)).warnings;
+  };
+  for (const Integrator integrator : {Integrator::midpoint, Integrator::paper}) {
+    CHECK(mentions(warnings_of(fog(1e9, 1e9), integrator), "--integrator " + std::string(name(integrator))));
+    CHECK(warnings_of(fog(0.1, 0.1), integrator).empty());
+    CHECK(mentions(warnings_of(fog(1e9, 0.0), integrator), "scattering_per_m"));
+  }
+  CHECK(warnings_of(fog(1e9, 1e9), Integrator::exact).empty());
+}
+
 TEST_CASE("a sheet turned away says that nothing faces the radar", "[warnings]") {
   Scene scene = empty_scene(matte(1.0));
   add_sheet(scene, {-2, 0, 0}, {0, 2, 0}, {4, 0, 0}, true);  // front towards −Z, away from the radar

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files that are wrong: one clear line that names the place, and never a crash or a large allocation.
+#include <sys/stat.h>
+
+#include <cstring>
 #include <filesystem>
 #include <random>
 
@@ -45,6 +48,79 @@ TEST_CASE("Missing, empty and strange files") {
   CHECK(says(load(folder.write("mesh.dae", "x")), {"mesh.dae", ".obj, .ply, .stl, .off", ".dae"}));
   std::filesystem::create_directory(folder.path() / "folder.obj");
   CHECK(says(load(folder.path() / "folder.obj"), {"folder.obj", "a folder"}));
+}
+
+TEST_CASE("Pipes, devices and endings are refused before anything is opened") {
+  const ScratchFolder folder;
+  const auto refused = [&](const std::filesystem::path& path) {
+    const std::string by_check = message_of<InputError>([&] { require_scene_file(path); });
+    CHECK(message_of<InputError>([&] { load_scene(path, {}); }) != "");
+    return by_check;
+  };
+  REQUIRE(::mkfifo((folder.path() / "pipe.obj").c_str(), 0600) == 0);
+  CHECK(says(refused(folder.path() / "pipe.obj"), {"pipe.obj", "a pipe"}));
+  CHECK(says(refused("/dev/zero"), {"/dev/zero", "a device"}));
+  CHECK(says(refused(folder.path()), {"a folder"}));
+  CHECK(says(refused(folder.write("mesh.dae", "x")), {"mesh.dae", ".obj", "'.dae'"}));
+  for (const char* name : {"a.obj", "a.OBJ", "a.ply", "a.stl", "a.off", "a.json", "a.vdb"}) {
+    CHECK_NOTHROW(require_scene_file(folder.write(name, "x")));
+  }
+}
+
+TEST_CASE("A byte-order mark is skipped, UTF-16 refused, whatever the format") {
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"},
+      {"a.ply", std::string(kPlyHead) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"},
+      {"a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"},
+      {"a.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+                "endloop\nendfacet\nendsolid x\n"},
+      {"a.json", R"({"format": "sarnerf-scene", "version": 1, "meshes": [], "ground": {"material": "grass"}})"}};
+  for (const auto& [name, text] : files) {
+    INFO(name);
+    const auto n_triangles = load_text(name, text).mesh.triangles.size();
+    CHECK(load_text(name, "\xef\xbb\xbf" + text).mesh.triangles.size() == n_triangles);
+    std::string wide = "\xff\xfe", wide_without_mark;
+    for (const char c : text) {
+      wide += {c, '\0'};
+      wide_without_mark += {'\0', c};
+    }
+    CHECK(says(refusal(name, wide), {name, "UTF-16"}));
+    CHECK(says(refusal(name, wide_without_mark), {name, "UTF-16"}));
+  }
+  std::string binary(84 + 50, '\0');
+  binary[80] = 1;
+  const float corners[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  std::memcpy(binary.data() + 96, corners, sizeof corners);
+  binary.replace(0, 3, "\xef\xbb\xbf");  // a header may begin with anything
+  CHECK(load_text("a.stl", binary).mesh.triangles.size() == 1);
+}
+
+TEST_CASE("Lines that end by carriage returns, alone or doubled") {
+  for (const std::string end : {"\r", "\r\n", "\r\r\n"}) {
+    INFO(end.size());
+    const auto with_ends = [&](std::string text) {
+      for (std::size_t n = 0; (n = text.find('\n', n)) != std::string::npos; n += end.size()) text.replace(n, 1, end);
+      return text;
+    };
+    CHECK(load_text("a.obj", with_ends("# a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")).mesh.triangles.size() == 1);
+    CHECK(says(refusal("a.obj", with_ends("v 0 0 0\nv 1 x 0\n")), {"a.obj:2:", "'x'"}));
+    CHECK(load_text("a.off", with_ends("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")).mesh.triangles.size() == 1);
+    CHECK(load_text("a.ply", with_ends(std::string(kPlyHead) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"))
+              .mesh.triangles.size() == 1);
+  }
+}
+
+TEST_CASE("JSON nested without end is refused by file and limit") {
+  const std::size_t deep = 100'000;
+  for (const std::string& text : {std::string(deep, '['), std::string(deep, '[') + std::string(deep, ']')}) {
+    CHECK(says(refusal("a.json", text), {"a.json:1:", "64"}));
+    const ScratchFolder folder;
+    const auto path = folder.write("m.json", R"({"format": "sarnerf-materials", "version": 1, "materials": )" + text + "}");
+    CHECK(says(message_of<InputError>([&] { MaterialLibrary().add_file(path); }), {"m.json:1:", "64"}));
+  }
+  std::string objects;
+  for (std::size_t n = 0; n < deep; ++n) objects += "{\"a\":";
+  CHECK(says(refusal("a.json", objects), {"a.json:1:", "64"}));
 }
 
 TEST_CASE("OBJ that cannot be used") {

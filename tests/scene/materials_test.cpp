@@ -65,7 +65,10 @@ TEST_CASE("Materials without meaning are refused, by key") {
   CHECK(contains(refusal(R"({"texture": {"kind": "checker", "contrast": 0.1}})"),
                  "'period_m' is missing"));
   CHECK(contains(refusal(R"({"texture": {"kind": "checker", "period_m": 0, "contrast": 0.1}})"),
-                 "above 0"));
+                 "at least 1e-09"));
+  CHECK(contains(refusal(R"({"texture": {"kind": "checker", "period_m": 1, "contrast": 0.1,
+                             "origin_m": [0, 1e13, 0]}})"),
+                 "1e+12"));
   CHECK(contains(refusal(R"({"texture": {"kind": "checker", "period_m": 1, "contrast": 2}})"),
                  "between 0 and 1"));
   CHECK(contains(refusal(R"([1])"), "object in braces"));

@@ -170,6 +170,12 @@ TEST_CASE("Scene files that cannot be used") {
                  "meshes[1].scale: expected a number above 0"));
   CHECK(contains(mesh(R"("file": "cube.obj", "units": "yd")"), "found \"yd\""));
   CHECK(contains(mesh(R"("file": "cube.obj", "translate_m": [1, 2])"), "three numbers"));
+  for (const char* far : {"1.1e12", "-1e300"}) {
+    CHECK(contains(mesh(R"("file": "cube.obj", "translate_m": [0, )" + std::string(far) + ", 0]"),
+                   "meshes[1].translate_m: expected three numbers between -1e+12 and 1e+12"));
+    CHECK(contains(f.refusal(R"("meshes": [], "ground": {"material": "grass", "height_m": )" + std::string(far) + "}"),
+                   "ground.height_m: expected a height within 1e+12 m"));
+  }
   CHECK(contains(mesh(R"("file": "cube.obj", "rotate_deg": {"axis": [0, 0, 0], "angle": 1})"),
                  "direction"));
   CHECK(contains(mesh(R"("file": "cube.obj", "translate": [1, 2, 3])"), "(translate_m?)"));

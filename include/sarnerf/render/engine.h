@@ -25,10 +25,12 @@ struct ViewPlan {
   Acquisition acquisition;
   Fan fan;
   int n_sub_rows = 1;
+  int n_slices_at_once = 1;  ///< of a row, traced together: fewer where there are many rays, for memory
   Integrator integrator = Integrator::exact;
   LayerRequest layers;            ///< none unless the caller sets it
   std::uint64_t n_grid_rays = 0;  ///< rows × sub-rows × elevations
   std::uint64_t n_kept_rays = 0;  ///< rays that meet the scene's box: the only ones generated
+  std::uint64_t n_widest_slice = 0;  ///< most rays of one slice that meet the scene's box
   std::uint64_t memory_bytes = 0; ///< image and scratch, without scene and BVH
   double expected_s = 0.0;        ///< rough, from the number of kept rays
   std::vector<std::string> chosen;    ///< settings chosen automatically, and why

@@ -76,6 +76,10 @@ struct LoadOptions {
   Monitor monitor;
 };
 
+/// Throws InputError for a path that is no regular file, or whose ending no reader knows: .obj, .ply, .stl,
+/// .off, .json, .vdb. Opens nothing, so pipes and devices do no harm.
+void require_scene_file(const std::filesystem::path& path);
+
 /// Reads OBJ, PLY, STL, OFF or a `.json` scene, repairs and orients it.
 /// Throws InputError with file and place for anything that is not a usable scene.
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options);
