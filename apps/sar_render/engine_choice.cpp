@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "memory.h"
 #include "sarnerf/render/surface_engine.h"
 #include "sarnerf/render/voxel_engine.h"
 #include "sarnerf/scene/vdb_scene.h"
@@ -28,7 +29,7 @@ std::string metres(double value) {
 double choose_voxel_size_m(const Options& options, const Scene& scene, std::vector<std::string>& notes) {
   if (options.voxel_size_m) return *options.voxel_size_m;
   const double finer_m = std::min(options.spacing_m.first, options.spacing_m.second);
-  const std::uint64_t limit = options.shared.max_memory_bytes;
+  const std::uint64_t limit = memory_for_volume(options.shared.max_memory_bytes);
   const std::uint64_t budget = limit > 0 ? limit / 2 : kDefaultBudgetBytes;
   double size_m = kVoxelInPixels * finer_m;
   if (expected_voxel_memory_bytes(scene, size_m) <= budget) {
@@ -47,14 +48,14 @@ Volume voxels_of(const Options& options, const Scene& scene, BuiltEngine& built,
   const Stopwatch watch;
   VoxeliseOptions voxelising;
   voxelising.voxel_size_m = choose_voxel_size_m(options, scene, built.notes);
-  voxelising.max_memory_bytes = options.shared.max_memory_bytes;
+  voxelising.max_memory_bytes = memory_for_volume(options.shared.max_memory_bytes);
   voxelising.monitor = monitor;
   const VdbScene voxels = voxelise(scene, voxelising);
   if (!options.save_volume.empty()) {
     write_vdb(voxels, options.save_volume);
     console.note("the voxels are in " + options.save_volume.string());
   }
-  Volume volume = to_volume(voxels, options.shared.max_memory_bytes);
+  Volume volume = to_volume(voxels, memory_for_volume(options.shared.max_memory_bytes));
   built.voxelise_s = watch.seconds();
   return volume;
 }
@@ -67,13 +68,13 @@ LoadedVolume load_volume(const Options& options, const LoadOptions& load, Consol
   reading.units_m = load.units_m;
   reading.scale = load.scale;
   reading.extinction_per_density = options.extinction_per_density;
-  reading.max_memory_bytes = load.max_memory_bytes;
+  reading.max_memory_bytes = memory_for_volume(load.max_memory_bytes);
   reading.monitor = load.monitor;
   const VdbScene voxels = read_vdb(options.scene, reading);
   for (const std::string& note : voxels.notes) console.note(note);
   if (!options.save_volume.empty()) write_vdb(voxels, options.save_volume);
   LoadedVolume loaded;
-  loaded.volume = to_volume(voxels, load.max_memory_bytes);
+  loaded.volume = to_volume(voxels, memory_for_volume(load.max_memory_bytes));
   loaded.scene = scene_around(loaded.volume, options.scene, load);
   return loaded;
 }

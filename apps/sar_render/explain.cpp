@@ -114,12 +114,13 @@ void add_formation(const Job& job, Table& table) {
 }
 
 void add_cost(const Job& job, Table& table) {
-  const auto [n_grid, n_kept, expected_s] = planned_cost(job);
+  const auto [n_grid, n_kept, expected_s, files_s] = planned_cost(job);
   table.add("rays", format("%llu of %llu in the grids meet the scene's box: only these are traced",
                            static_cast<unsigned long long>(n_kept),
                            static_cast<unsigned long long>(n_grid)));
   table.add("memory", "about " + bytes_text(job.memory_bytes));
-  table.add("time", format("%s of tracing on %s%s", duration_text(expected_s).c_str(),
+  const std::string files = files_s > 0.05 * expected_s && files_s > 0.1 ? " and " + duration_text(files_s) + " of making files" : "";
+  table.add("time", format("%s of tracing%s on %s%s", duration_text(expected_s).c_str(), files.c_str(),
                            counted(static_cast<std::size_t>(job.options.shared.n_threads), "thread", "threads").c_str(),
                            job.n_views_at_once > 1 ? ", one view each"
                            : job.views.size() > 1  ? ", all on one view after the other"

@@ -42,7 +42,8 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor);
 /// Rays and expected tracing time, summed over the planned views.
 struct PlannedCost {
   std::uint64_t n_grid_rays = 0, n_kept_rays = 0;
-  double expected_s = 0.0;
+  double expected_s = 0.0;        ///< of rendering
+  double expected_files_s = 0.0;  ///< of making files, all views
 };
 PlannedCost planned_cost(const Job& job);
 

@@ -7,13 +7,14 @@
 #include "job.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/render/surface_engine.h"
+#include "sarnerf/scene/voxelise.h"
 #include "values.h"
 
 namespace sarnerf::app {
 namespace {
 
-/// The program, its libraries and small change.
-constexpr std::uint64_t kProgramBytes = 48'000'000;
+/// The program, its libraries and small change: what `--version` takes, and a little.
+constexpr std::uint64_t kProgramBytes = 90'000'000;
 
 /// Per pixel while an image becomes files: encoded twice over, its grey levels, and the copy from which
 /// the percentile is taken. The image itself is in the plan.
@@ -55,14 +56,40 @@ std::uint64_t scene_bytes(const Scene& scene) {
                    bytes_text(limit_bytes) + "; " + advice);
 }
 
-std::uint64_t largest_plan_bytes(const Job& job) {
-  std::uint64_t largest = 0;
-  for (const ViewPlan& plan : job.plans) largest = std::max(largest, plan.memory_bytes);
+/// Of images and what becomes of them, whatever the rays.
+std::uint64_t product_bytes(const Job& job) {
   const std::uint64_t layer_bytes = kLayerCopies * bytes_per_pixel(job.options.layers);
-  return largest + n_pixels(*job.options.size) * (kProductBytesPerPixel + layer_bytes);
+  return n_pixels(*job.options.size) * (kProductBytesPerPixel + layer_bytes);
+}
+
+const ViewPlan& largest_plan(const Job& job) {
+  return *std::max_element(job.plans.begin(), job.plans.end(), [](const ViewPlan& a, const ViewPlan& b) {
+    return a.memory_bytes < b.memory_bytes;
+  });
+}
+
+/// Most of what a view needs is for its rays: a smaller image would not help.
+[[noreturn]] void refuse_rays(const Job& job, std::uint64_t needed_bytes, std::uint64_t limit_bytes) {
+  throw UsageError("tracing " + std::to_string(largest_plan(job).fan.n_elevation) +
+                   " elevation rays on " + std::to_string(job.options.shared.n_threads) +
+                   " threads needs about " + bytes_text(needed_bytes) + ", --max-memory allows " +
+                   bytes_text(limit_bytes) + "; give fewer --elevations or --threads, or raise the limit");
+}
+
+/// While the engine is built; voxels exist as grids and as bricks then.
+std::uint64_t building_bytes(const Job& job) {
+  const std::uint64_t engine = job.built.voxel && !job.options.volume()
+                                   ? expected_voxel_memory_bytes(*job.scene, job.built.voxel_size_m)
+                                   : expected_engine_memory_bytes(job.scene->mesh.triangles.size());
+  return kProgramBytes + scene_bytes(*job.scene) + engine;
 }
 
 }  // namespace
+
+std::uint64_t memory_for_volume(std::uint64_t limit_bytes) {
+  if (limit_bytes == 0) return 0;
+  return limit_bytes > kProgramBytes ? limit_bytes - kProgramBytes : 1;
+}
 
 void refuse_size_beyond_memory(const Options& options) {
   const std::uint64_t limit = options.shared.max_memory_bytes;
@@ -87,8 +114,12 @@ void refuse_scene_beyond_memory(const Job& job) {
 void decide_views_at_once(Job& job) {
   const std::uint64_t limit = job.options.shared.max_memory_bytes;
   const std::uint64_t fixed = kProgramBytes + scene_bytes(*job.scene) + job.built.engine->memory_bytes();
-  const std::uint64_t each = largest_plan_bytes(job);
+  const std::uint64_t plan_bytes = largest_plan(job).memory_bytes;
+  const std::uint64_t each = plan_bytes + product_bytes(job);
   if (limit != 0 && fixed + each > limit) {
+    if (plan_bytes > each / 2 && plan_bytes > 8 * n_pixels(*job.options.size) * kImageBytesPerPixel) {
+      refuse_rays(job, fixed + each, limit);
+    }
     // Rays and rows grow with the image: count them with its pixels.
     refuse(fixed, fixed + each, each / n_pixels(*job.options.size) + 1, limit);
   }
@@ -97,10 +128,7 @@ void decide_views_at_once(Job& job) {
   const bool fits = limit == 0 || fixed + each * static_cast<std::uint64_t>(n_threads) <= limit;
   job.n_views_at_once = enough && fits ? n_threads : 1;
   const std::uint64_t built = fixed + each * static_cast<std::uint64_t>(job.n_views_at_once);
-  const std::uint64_t building =
-      kProgramBytes + scene_bytes(*job.scene) +
-      expected_engine_memory_bytes(job.scene->mesh.triangles.size());
-  job.memory_bytes = std::max(built, building);
+  job.memory_bytes = std::max(built, building_bytes(job));
 }
 
 }  // namespace sarnerf::app

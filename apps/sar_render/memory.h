@@ -10,6 +10,9 @@ struct Job;
 // The memory that a job is expected to take, against --max-memory. Each throws UsageError, saying what
 // is needed and what would fit, before anything of that size is allocated.
 
+/// What of a limit (0: none) is left for voxels beside the program itself.
+std::uint64_t memory_for_volume(std::uint64_t limit_bytes);
+
 /// Before the scene is loaded: images of the size asked for.
 void refuse_size_beyond_memory(const Options& options);
 

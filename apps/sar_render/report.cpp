@@ -31,7 +31,7 @@ std::string summary(const RunFigures& figures) {
 }
 
 std::string report_text(const Job& job, const RunFigures& figures) {
-  const auto [n_grid, n_kept, expected_s] = planned_cost(job);
+  const auto [n_grid, n_kept, expected_s, files_s] = planned_cost(job);
   Json j;
   j["format"] = "sarnerf-report";
   j["version"] = 1;
@@ -57,6 +57,7 @@ std::string report_text(const Job& job, const RunFigures& figures) {
                   {"encode", figures.encode_s},
                   {"write", figures.write_s},
                   {"expected_trace_and_deposit", expected_s},
+                  {"expected_encode_and_write", files_s},
                   {"total", figures.total_s}};
   j["seconds_are"] = "wall clock; trace_and_deposit, formation, encode and write summed over views";
   j["memory_bytes"] = {{"expected", job.memory_bytes}, {"peak", peak_memory_bytes()}};

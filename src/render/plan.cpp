@@ -42,6 +42,11 @@ constexpr std::uint64_t kMostRaysAtOnce = 1 << 18;
 /// Tables of a view by elevation: directions, origins, ground.
 constexpr std::uint64_t kViewBytesPerRay = 132;
 
+/// Clearing a row's bins and converting them, with the ground's closed form the most.
+constexpr double kSecondsPerPixel = 10e-9;
+/// Directions, origins and ground of an elevation, made once a view on one thread.
+constexpr double kSecondsPerTableEntry = 200e-9;
+
 /// A thread's stack and what its allocator keeps in reserve.
 constexpr std::uint64_t kWorkerBytes = 1'000'000;
 
@@ -225,7 +230,9 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   const int most = std::min(static_cast<int>(RayTracer::kRowsPerBlock), plan.n_sub_rows);
   plan.n_slices_at_once = std::clamp(room, std::min(density.least_at_once, most), most);
   plan.memory_bytes += n_elevation * kViewBytesPerRay + std::uint64_t(thread_count()) * kWorkerBytes;
-  plan.expected_s = double(plan.n_kept_rays) * density.seconds_per_ray / thread_count();
+  plan.expected_s = (double(plan.n_kept_rays) * density.seconds_per_ray +
+                     double(a.n_azimuth) * double(a.n_range) * kSecondsPerPixel) / thread_count() +
+                    double(n_elevation) * kSecondsPerTableEntry;
   return plan;
 }
 
