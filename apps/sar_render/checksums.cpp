@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "checksums.h"
 
+#include <sstream>
+
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
 #include "sarnerf/core/sha256.h"
 
 namespace sarnerf::app {
@@ -19,8 +22,11 @@ std::string text_of(const std::map<std::string, std::string>& digest_of) {
 }  // namespace
 
 Checksums::Checksums(std::filesystem::path list) : list_(std::move(list)) {
-  std::ifstream in(list_, std::ios::binary);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(list_, ignored)) return;
+  std::istringstream in(read_whole_file(list_));
   for (std::string line; std::getline(in, line);) {
+    if (in.eof()) break;  // cut off: its name may be another one's beginning
     // "<64 digits>  <name>"; a later line replaces an earlier one.
     if (line.size() <= kDigits + 2 || line.compare(kDigits, 2, "  ") != 0) continue;
     digest_[line.substr(kDigits + 2)] = line.substr(0, kDigits);

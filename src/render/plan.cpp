@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <thread>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
@@ -168,6 +169,11 @@ std::vector<std::string> left_out(const Scene& scene, const ViewPlan& plan) {
   return lines;
 }
 
+/// Threads that work at the same time: those beyond the processors wait for each other.
+double n_cores() {
+  return std::min(thread_count(), std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
+}
+
 /// All of a plan that does not depend on the engine.
 ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sampling& sampling,
                    const Density& density) {
@@ -231,7 +237,7 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   plan.n_slices_at_once = std::clamp(room, std::min(density.least_at_once, most), most);
   plan.memory_bytes += n_elevation * kViewBytesPerRay + std::uint64_t(thread_count()) * kWorkerBytes;
   plan.expected_s = (double(plan.n_kept_rays) * density.seconds_per_ray +
-                     double(a.n_azimuth) * double(a.n_range) * kSecondsPerPixel) / thread_count() +
+                     double(a.n_azimuth) * double(a.n_range) * kSecondsPerPixel) / n_cores() +
                     double(n_elevation) * kSecondsPerTableEntry;
   return plan;
 }
@@ -251,7 +257,7 @@ ViewPlan plan_view(const Scene& scene, const Box& media_m, const Acquisition& ac
   if (scene.ground && scene.materials[scene.ground->material].texture.kind != Texture::Kind::none) {
     worker_bytes += std::uint64_t(plan.fan.n_elevation) * kBareSliceBytesPerRay;
   }
-  plan.expected_s += double(count_rays_to(media_m, plan).n) * kSecondsPerMediaRay / thread_count();
+  plan.expected_s += double(count_rays_to(media_m, plan).n) * kSecondsPerMediaRay / n_cores();
   plan.memory_bytes += worker_bytes * static_cast<std::uint64_t>(thread_count());
   return plan;
 }

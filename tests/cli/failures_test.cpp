@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <sys/stat.h>
+
 #include <filesystem>
 
 #include "catch.h"
@@ -93,6 +95,26 @@ TEST_CASE("bad input files: exit code 3, one line, nothing written") {
   CHECK(folder.contents() == before);
 }
 
+TEST_CASE("pipes, devices and JSON without end: exit code 3 at once") {
+  const SceneFolder folder;
+  REQUIRE(::mkfifo((folder / "pipe.obj").c_str(), 0600) == 0);
+  write_text(folder / "deep.json", std::string(100'000, '['));
+  const std::vector<std::pair<std::vector<std::string>, std::string>> commands = {
+      {{"pipe.obj", "--pitch", "45"}, "a pipe"},
+      {{"/dev/zero", "--pitch", "45"}, "a device"},
+      {{"box.obj", "--pitch", "45", "--materials", "/dev/zero"}, "a device"},
+      {{"box.obj", "--pitch", "45", "--materials", "pipe.obj"}, "a pipe"},
+      {{"deep.json", "--pitch", "45"}, "deep.json:1: expected at most 64"},
+      {{"box.obj", "--pitch", "45", "--materials", "deep.json"}, "deep.json:1: expected at most 64"},
+  };
+  for (const auto& [arguments, piece] : commands) {
+    const Outcome outcome = folder.run(arguments);
+    INFO(arguments.front() << " " << arguments.back() << ": " << outcome.err);
+    CHECK(outcome.code == 3);
+    CHECK(is_error_line(outcome.err, piece));
+  }
+}
+
 TEST_CASE("pixels beyond the finite numbers: exit code 4") {
   const SceneFolder folder;
   write_text(folder / "bright.json",
@@ -166,6 +188,7 @@ TEST_CASE("more memory than allowed: exit code 2, saying what would fit") {
   INFO(rays.err);
   CHECK(rays.code == 2);
   CHECK(is_error_line(rays.err, "--max-memory"));
+  CHECK(rays.err.find("fewer --elevations") != std::string::npos);
   const Outcome program = folder.run({"box.obj", "--pitch", "45", "--max-memory", "1M", "-q"});
   CHECK(program.code == 2);
   CHECK(is_error_line(program.err, "--max-memory"));

@@ -141,10 +141,10 @@ TEST_CASE("The command line overrules a scene's ground") {
   options.ground_material = "none";
   CHECK_FALSE(f.scene(text, options).ground);
   options.ground_material = "asfalt";
-  CHECK(contains(message_of<InputError>([&] { f.scene(text, options); }),
+  CHECK(contains(message_of<UsageError>([&] { f.scene(text, options); }),
                  "--ground: unknown material 'asfalt' (asphalt?)"));
   options.ground_material = "canopy";
-  CHECK(contains(message_of<InputError>([&] { f.scene(text, options); }), "translucent"));
+  CHECK(contains(message_of<UsageError>([&] { f.scene(text, options); }), "translucent"));
 }
 
 TEST_CASE("A ground alone is a scene") {

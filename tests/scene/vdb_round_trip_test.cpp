@@ -2,6 +2,7 @@
 #include <cstdlib>
 
 #include "catch.h"
+#include "file_size_limit.h"
 #include "vdb_scenes.h"
 
 using namespace sarnerf;
@@ -171,6 +172,30 @@ TEST_CASE("grids that do not fit together are not written and not sampled", "[vd
 TEST_CASE("a volume that cannot be written leaves what was there", "[vdb]") {
   const VdbScene scene(scattering_grids());
   CHECK(contains(message_of<Error>([&] { write_vdb(scene, "/nowhere/at/all.vdb"); }), "/nowhere/at/all.vdb"));
+}
+
+TEST_CASE("a disk that fills up under a volume leaves what was there, and no temporary file", "[vdb]") {
+  const ScratchFolder folder;
+  const auto path = folder.write("a.vdb", "old");
+  const VdbScene scene(scattering_grids());
+  write_vdb(scene, folder.path() / "whole.vdb");
+  const auto size = std::filesystem::file_size(folder.path() / "whole.vdb");
+  std::filesystem::remove(folder.path() / "whole.vdb");
+  // Cut in the head, in the midst of the values, and at the very end.
+  for (const std::uintmax_t limit : {std::uintmax_t{10}, size / 2, size - 1}) {
+    INFO("limit " << limit << " of " << size);
+    std::string message;
+    {
+      const FileSizeLimit full(limit);
+      message = message_of<Error>([&] { write_vdb(scene, path); });
+    }
+    CHECK(contains(message, path.string() + ": the volume cannot be written"));
+    CHECK(contains(message, "free some space"));
+    CHECK(bytes_of(path) == "old");
+    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+  }
+  write_vdb(scene, path);
+  CHECK(std::filesystem::file_size(path) == size);
 }
 
 TEST_CASE("the summary says what a scene holds", "[vdb]") {
