@@ -2,14 +2,13 @@
 #include "command_line.h"
 
 #include <algorithm>
-#include <thread>
-#include <algorithm>
 #include <memory>
 
 #include "config_file.h"
 #include "console.h"
 #include "option_names.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
 #include "sarnerf/core/parallel.h"
 #include "values.h"
 #include "version.h"
@@ -34,6 +33,13 @@ std::string unexpected_text(const CLI::App& parser) {
     return "unknown option " + argument + did_you_mean(parser, name, "--");
   }
   return "unexpected argument '" + (unexpected.empty() ? "" : unexpected.front()) + "'";
+}
+
+/// Before the parser opens the file: a pipe would wait for ever.
+std::string refuse_unless_file(std::string& path) {
+  if (path.empty()) throw UsageError("--config: expected the name of a file, found an empty text");
+  (void)regular_file_size(path);
+  return {};
 }
 
 /// Types and defaults as "TYPE [default]", whatever the version of CLI11.
@@ -73,7 +79,7 @@ void CommandLine::add_shared_options() {
   parser_.add_flag("-q,--quiet", quiet_, "Print warnings and errors only")->group(kGroup);
   parser_.add_flag("-v,--verbose", verbose_, "Print details")->group(kGroup);
   parser_.set_config("--config", "", "Options and scene from a file of lines name = value; the command line wins")
-      ->type_name("FILE")->group(kGroup);
+      ->type_name("FILE")->check(CLI::Validator(refuse_unless_file, ""))->group(kGroup);
   parser_.set_version_flag("--version", parser_.get_name() + " " + std::string(kVersion),
                            "Print the version and exit")->group(kGroup);
 }
@@ -96,21 +102,13 @@ bool CommandLine::parse(int argc, char** argv) {
   return false;
 }
 
-namespace {
-
-/// More threads than that only wait for one another, and a system may refuse to make them, which no library
-/// survives. Results do not depend on their number.
-int most_threads() { return 16 * static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
-
-}  // namespace
-
 SharedOptions CommandLine::shared_options() const {
   SharedOptions options;
   const CLI::Option* config = parser_.get_config_ptr();
   if (config != nullptr && config->count() > 0) options.config_file = config->results().front();
-  options.n_threads = threads_ == "auto"
-                          ? default_thread_count()
-                          : std::min(static_cast<int>(parse_whole("--threads", threads_, 1, 4096)), most_threads());
+  constexpr int kMostThreads = 1'000'000;
+  options.n_threads = threads_ == "auto" ? default_thread_count()
+                                         : static_cast<int>(parse_whole("--threads", threads_, 1, kMostThreads));
   if (max_memory_ != "none") options.max_memory_bytes = parse_bytes("--max-memory", max_memory_);
   options.verbosity = quiet_ ? -1 : verbose_;
   return options;

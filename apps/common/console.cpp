@@ -27,9 +27,9 @@ std::string duration_text(double seconds) {
   return text;
 }
 
-/// Names of files may hold anything: new lines would split a message, other control characters could do
-/// worse things to a terminal.
-std::string one_line(std::string_view text) {
+}  // namespace
+
+std::string visible(std::string_view text) {
   std::string line;
   for (const char c : text) {
     if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) {
@@ -43,21 +43,19 @@ std::string one_line(std::string_view text) {
   return line;
 }
 
-}  // namespace
-
 Console::Console(std::string program, std::FILE* stream)
     : program_(std::move(program)), stream_(stream), terminal_(::isatty(::fileno(stream)) == 1) {}
 
 Console::~Console() { clear_bar(); }
 
 void Console::detail(std::string_view line) {
-  if (verbosity_ >= 1) print("", line);
+  if (verbosity_ >= 1) print("", visible(line));
 }
 void Console::note(std::string_view line) {
-  if (verbosity_ >= 0) print("", line);
+  if (verbosity_ >= 0) print("", visible(line));
 }
-void Console::warning(std::string_view line) { print("warning: ", one_line(line)); }
-void Console::error(std::string_view line) { print("error: ", one_line(line)); }
+void Console::warning(std::string_view line) { print("warning: ", visible(line)); }
+void Console::error(std::string_view line) { print("error: ", visible(line)); }
 
 void Console::asked_for(std::string_view lines) { print("", lines); }
 

@@ -26,7 +26,7 @@ class Console {
   void note(std::string_view line);
   void warning(std::string_view line);
   void error(std::string_view line);
-  void asked_for(std::string_view lines);  ///< by an option of its own: printed even when quiet
+  void asked_for(std::string_view lines);  ///< by an option of its own: printed even when quiet, and as it is
 
   /// A bar with rate and time left that redraws itself on a terminal; elsewhere a line every ten
   /// seconds. Another stage, or done == total, ends the bar.
@@ -49,6 +49,10 @@ class Console {
   Clock::time_point stage_start_;
   Clock::time_point last_drawn_;
 };
+
+/// The text with control characters written as \x0a: names of files may hold any, which would split a message or
+/// do worse to a terminal.
+std::string visible(std::string_view text);
 
 /// Writes to stdout at once. Throws Error when it is full or closed.
 void print_result(std::string_view text);

@@ -2,6 +2,8 @@
 #include "flat_toml.h"
 
 #include <charconv>
+#include <iterator>
+#include <optional>
 #include <toml++/toml.h>
 
 #include "sarnerf/core/error.h"
@@ -56,19 +58,47 @@ FlatItem item_of(const std::string& name, const toml::node& node, const std::str
   return item;
 }
 
-toml::table parse(std::istream& input, const std::string& file) {
+std::string line_of(std::string_view text, toml::source_index number) {
+  for (; number > 1; --number) {
+    const auto end = text.find('\n');
+    if (end == std::string_view::npos) return {};
+    text.remove_prefix(end + 1);
+  }
+  constexpr std::size_t kMost = 60;
+  std::string line(text.substr(0, text.find('\n')));
+  if (!line.empty() && line.back() == '\r') line.pop_back();
+  return line.size() > kMost ? line.substr(0, kMost - 3) + "..." : line;
+}
+
+/// The library's reason without its account of what it was doing.
+std::string reason(std::string_view description) {
+  if (description.starts_with("Error while parsing")) {
+    if (const auto colon = description.find(": "); colon != std::string_view::npos) {
+      description.remove_prefix(colon + 2);
+    }
+  }
+  return std::string(description);
+}
+
+toml::table parse(std::string_view text, const std::string& file) {
   try {
-    return toml::parse(input, file);
+    return toml::parse(text, file);
   } catch (const toml::parse_error& e) {
-    throw InputError(place(file, e.source()) + std::string(e.description()) +
-                     "; expected lines such as pitch = 45, with texts in quotes: size = \"128x128\"");
+    const std::string why = reason(e.description());
+    if (why.starts_with("cannot redefine")) {
+      throw InputError(place(file, e.source()) + "the name in '" + line_of(text, e.source().begin.line) +
+                       "' stands twice; keep one of the lines");
+    }
+    throw InputError(place(file, e.source()) + "expected name = value, such as pitch = 45, with texts in quotes "
+                     "as size = \"128x128\"; found '" + line_of(text, e.source().begin.line) + "' (" + why + ")");
   }
 }
 
 }  // namespace
 
 std::vector<FlatItem> read_flat_toml(std::istream& input, const std::string& file) {
-  const toml::table table = parse(input, file);
+  const std::string text{std::istreambuf_iterator<char>(input), {}};
+  const toml::table table = parse(text, file);
   std::vector<FlatItem> items;
   for (const auto& [name, node] : table) items.push_back(item_of(std::string(name.str()), node, file));
   return items;

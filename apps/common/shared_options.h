@@ -8,8 +8,8 @@ namespace sarnerf::app {
 
 /// Options that every program has.
 struct SharedOptions {
-  std::filesystem::path config_file;  ///< empty: none
-  int n_threads = 0;                   ///< resolved: at least 1
+  std::filesystem::path config_file;   ///< empty: none
+  int n_threads = 0;                   ///< at least 1; ThreadLimit may allow fewer
   std::uint64_t max_memory_bytes = 0;  ///< 0: no limit
   int verbosity = 0;                   ///< −1 quiet, 1 and more verbose
 };

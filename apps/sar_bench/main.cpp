@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_bench: what a render costs, beside what it must cost at least, and what accuracy that buys.
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <iostream>
 
 #include "console.h"
 #include "exit_code.h"
+#include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/closest_name.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
@@ -105,8 +105,8 @@ void run(int argc, char** argv) {
   add_common(*voxel, o);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& help) {
-    app.exit(help);
+  } catch (const CLI::CallForHelp&) {
+    sarnerf::app::print_result(app.help());
     return;
   } catch (const CLI::ParseError& error) {
     if (app.get_subcommands().empty()) throw_unknown_study(app);
@@ -116,6 +116,11 @@ void run(int argc, char** argv) {
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
   for (const std::filesystem::path input : o.study.scene_files) refuse_to_replace(o.json_file, input);
   refuse_to_replace(o.json_file, o.study.load.materials_file);
+  // Not after minutes of measuring.
+  if (!o.json_file.empty()) {
+    const auto folder = std::filesystem::path(o.json_file).parent_path();
+    sarnerf::require_writable(folder.empty() ? "." : folder);
+  }
   if (o.quick) o.study.rounds = std::min(o.study.rounds, 5);
   nlohmann::json result;
   if (speed->parsed()) {
@@ -126,10 +131,9 @@ void run(int argc, char** argv) {
     result = {{"environment", sarnerf::bench::environment()},
               {"accuracy", sarnerf::bench::study_accuracy(o.study)}};
   }
-  sarnerf::app::print_result(result.dump(1) + "\n");
-  if (!o.json_file.empty() && !(std::ofstream(o.json_file) << result.dump(1) << '\n')) {
-    throw sarnerf::Error("cannot write " + o.json_file);
-  }
+  const std::string text = result.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  if (!o.json_file.empty()) sarnerf::write_file_atomically(o.json_file, text);
+  sarnerf::app::print_result(text);
 }
 
 }  // namespace

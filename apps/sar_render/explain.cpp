@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "console.h"
 #include "formation.h"
 #include "layer_files.h"
 #include "values.h"
@@ -37,7 +38,7 @@ class Table {
  public:
   void add(const std::string& label, const std::string& line) {
     const bool repeated = label == last_;
-    text_ += format("  %-10s ", repeated ? "" : label.c_str()) + line + "\n";
+    text_ += format("  %-10s ", repeated ? "" : label.c_str()) + visible(line) + "\n";
     last_ = label;
   }
   const std::string& text() const { return text_; }

@@ -8,8 +8,14 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <charconv>
+#include <condition_variable>
 #include <cstdlib>
-#include <string>
+#include <mutex>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <vector>
 
 namespace sarnerf {
 namespace {
@@ -24,18 +30,69 @@ struct RegionGuard {
   RegionGuard& operator=(const RegionGuard&) = delete;
 };
 
+/// Threads that do nothing but exist, until they go together.
+class IdleThreads {
+ public:
+  ~IdleThreads() {
+    {
+      const std::scoped_lock lock(mutex_);
+      go_ = true;
+    }
+    changed_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  /// Whether the system made one more.
+  bool add() {
+    try {
+      threads_.emplace_back([this] {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [this] { return go_; });
+      });
+      return true;
+    } catch (const std::system_error&) {
+      return false;
+    }
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool go_ = false;
+  std::vector<std::thread> threads_;
+};
+
+int processors() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  return sched_getaffinity(0, sizeof set, &set) == 0 ? std::max(1, CPU_COUNT(&set)) : 1;
+}
+
+/// More threads than that only wait for one another.
+constexpr int kMostPerProcessor = 16;
+
+/// How many threads, the caller among them, make sense and are made by the system. oneTBB ends the process when it gets fewer
+/// than it asks for: limits on processes or address space must show here first. About 15 µs a thread.
+int threads_to_be_had(int n_wanted) {
+  const int n = std::clamp(n_wanted, 1, kMostPerProcessor * processors());
+  IdleThreads others;
+  int n_made = 1;
+  while (n_made < n && others.add()) ++n_made;
+  // The last ones may be wanted by libraries.
+  return n_made == n ? n : std::max(1, n_made / 2);
+}
+
 }  // namespace
 
 int default_thread_count() {
   if (const char* text = std::getenv("OMP_NUM_THREADS")) {
-    char* end = nullptr;
-    const long n = std::strtol(text, &end, 10);
-    if (end != text && n > 0 && n < 65536) return static_cast<int>(n);
+    // OpenMP allows a list, of which the first number counts here.
+    const std::string_view first = std::string_view(text).substr(0, std::string_view(text).find(','));
+    int n = 0;
+    const auto [end, error] = std::from_chars(first.data(), first.data() + first.size(), n);
+    if (error == std::errc() && end == first.data() + first.size() && n > 0) return n;
   }
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
-  return 1;
+  return processors();
 }
 
 struct ThreadLimit::State {
@@ -45,7 +102,7 @@ struct ThreadLimit::State {
 };
 
 ThreadLimit::ThreadLimit(int n_threads)
-    : state_(std::make_unique<State>(std::max(1, n_threads))) {}
+    : state_(std::make_unique<State>(threads_to_be_had(n_threads))) {}
 ThreadLimit::~ThreadLimit() = default;
 
 bool in_parallel_region() { return inside_region; }

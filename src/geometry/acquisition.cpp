@@ -2,6 +2,7 @@
 #include "sarnerf/geometry/acquisition.h"
 
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 #include "sarnerf/core/error.h"
@@ -33,10 +34,12 @@ void validate(const Acquisition& a) {
   if (a.azimuth_spacing_m <= 0.0 || a.range_spacing_m <= 0.0) fail("pixel spacings must be positive");
   if (a.n_azimuth < 1 || a.n_range < 1) fail("an image needs at least 1 x 1 pixels");
   if (a.range_m(-0.5) <= 0.0) {
-    fail("the nearest range bin lies behind the radar: slant range " +
-         std::to_string(a.slant_range_m) + " m, swath " +
-         std::to_string(a.n_range * a.range_spacing_m) +
-         " m; raise the altitude or make the image smaller");
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "the nearest range bin lies behind the radar: slant range %.6g m, swath %.6g m; raise the "
+                  "altitude or make the image smaller",
+                  a.slant_range_m, a.n_range * a.range_spacing_m);
+    fail(text);
   }
 }
 

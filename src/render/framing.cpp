@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "sarnerf/core/error.h"
 
@@ -84,25 +85,32 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   }
   double half_along = 0.0, half_range = 0.0;
   double near_m = std::numeric_limits<double>::infinity(), far_m = -near_m;
+  double nearest_m = near_m;  // slant range of the aim point
   for (const Acquisition& view : views) {
     const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
     half_along = std::max(half_along, e.along_m);
     half_range = std::max({half_range, -e.near_m, e.far_m, e.shadow_m});
     near_m = std::min(near_m, e.near_m);
     far_m = std::max({far_m, e.far_m, e.shadow_m});
+    nearest_m = std::min(nearest_m, view.slant_range_m);
   }
   const Acquisition& first = views.front();
   Framing framing;
   framing.n_azimuth = pixels_for(half_along, first.azimuth_spacing_m);
-  framing.n_range = pixels_for(half_range, first.range_spacing_m);
+  // Of a scene close to the radar, the image ends where the radar is: there are no ranges below zero.
+  const double most = std::max(1.0, std::ceil(2.0 * nearest_m / first.range_spacing_m) - 1.0);
+  framing.n_range = pixels_for(std::min(half_range, nearest_m), first.range_spacing_m);
+  const bool cut = framing.n_range > most;
+  if (cut) framing.n_range = static_cast<int>(most);
   const glm::dvec3 size = scene.box.size();
   char text[320];
   std::snprintf(text, sizeof text,
                 "fits the scene of %.4g x %.4g x %.4g m, its layover "
-                "(from %.4g m %s the aim point) and its shadow (to %.4g m %s it%s)",
+                "(from %.4g m %s the aim point) and its shadow (to %.4g m %s it%s)%s",
                 size.x, size.y, size.z, std::abs(near_m),
                 near_m <= 0.0 ? "before" : "beyond", std::abs(far_m), far_m >= 0.0 ? "beyond" : "before",
-                views.size() > 1 ? ", all views" : "");
+                views.size() > 1 ? ", all views" : "",
+                cut ? ", as far as ranges above zero allow" : "");
   framing.explanation = text;
   return framing;
 }

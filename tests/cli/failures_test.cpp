@@ -147,7 +147,7 @@ TEST_CASE("a disk that fills up: exit code 1, nothing half-written") {
   const SceneFolder folder;
   const auto before = folder.contents();
   const Outcome single = sar_render({"box.obj", "--pitch", "45", "--size", "64x64", "-q"},
-                                    {folder.path(), 10000, {}, {}});
+                                    {folder.path(), 10000, {}, {}, {}});
   INFO(single.err);
   CHECK(single.code == 1);
   CHECK(is_error_line(single.err, "box_sar.tif"));
@@ -155,7 +155,7 @@ TEST_CASE("a disk that fills up: exit code 1, nothing half-written") {
 
   const Outcome sweep =
       sar_render({"box.obj", "--pitch", "45", "--azimuth", "0:90:10", "--size", "64x64", "-q", "-o", "s"},
-                 {folder.path(), 10000, {}, {}});
+                 {folder.path(), 10000, {}, {}, {}});
   CHECK(sweep.code == 1);
   CHECK(is_error_line(sweep.err, ".tif"));
   CHECK(folder.contents("s").size() == 1);  // the recipe, with which the same command continues
@@ -170,7 +170,7 @@ TEST_CASE("a full stdout is a failure") {
   const SceneFolder folder;
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"--help"}, {"box.obj", "--pitch", "45"}}) {
-    const Outcome outcome = sar_render(arguments, {folder.path(), 0, "/dev/full", {}});
+    const Outcome outcome = sar_render(arguments, {folder.path(), 0, "/dev/full", {}, {}});
     CHECK(outcome.code == 1);
     CHECK(outcome.err.find("stdout") != std::string::npos);
   }

@@ -13,10 +13,10 @@
 
 namespace {
 
-[[noreturn]] void become_program(std::vector<std::string> arguments, const Conditions& conditions,
-                                 const std::filesystem::path& out, const std::filesystem::path& err) {
+[[noreturn]] void become_program(std::string program, std::vector<std::string> arguments,
+                                 const Conditions& conditions, const std::filesystem::path& out,
+                                 const std::filesystem::path& err) {
   std::vector<char*> argv;
-  std::string program = SAR_RENDER;
   argv.push_back(program.data());
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
@@ -30,17 +30,17 @@ namespace {
     const rlimit limit{bytes, bytes};
     ::setrlimit(RLIMIT_FSIZE, &limit);
   }
+  if (conditions.before) conditions.before();
   ::execv(program.c_str(), argv.data());
   ::_exit(127);
 }
 
-}  // namespace
-
-Outcome sar_render(const std::vector<std::string>& arguments, const Conditions& conditions) {
+Outcome run_program(const std::string& program, const std::vector<std::string>& arguments,
+                    const Conditions& conditions) {
   const ScratchFolder streams;
   const auto out = conditions.out.empty() ? streams / "out" : conditions.out;
   const pid_t child = ::fork();
-  if (child == 0) become_program(arguments, conditions, out, streams / "err");
+  if (child == 0) become_program(program, arguments, conditions, out, streams / "err");
   int status = 0;
   while (::waitpid(child, &status, conditions.signal ? WNOHANG : 0) == 0) {
     if (const int signal = conditions.signal()) ::kill(child, signal);
@@ -51,6 +51,16 @@ Outcome sar_render(const std::vector<std::string>& arguments, const Conditions& 
   if (conditions.out.empty()) outcome.out = read_text(out);
   outcome.err = read_text(streams / "err");
   return outcome;
+}
+
+}  // namespace
+
+Outcome sar_render(const std::vector<std::string>& arguments, const Conditions& conditions) {
+  return run_program(SAR_RENDER, arguments, conditions);
+}
+
+Outcome sar_bench(const std::vector<std::string>& arguments, const Conditions& conditions) {
+  return run_program(SAR_BENCH, arguments, conditions);
 }
 
 SceneFolder::SceneFolder() {

@@ -22,17 +22,20 @@ struct Conditions {
   std::filesystem::path out;         ///< stdout goes here instead of into Outcome
   /// Asked every millisecond while the program runs; the signal it returns is sent (0: none).
   std::function<int()> signal;
+  /// Called by the program's process in its folder, before it starts.
+  std::function<void()> before;
 };
 
-/// Runs sar_render with these arguments to its end.
+/// Runs a program with these arguments to its end.
 Outcome sar_render(const std::vector<std::string>& arguments, const Conditions& conditions);
+Outcome sar_bench(const std::vector<std::string>& arguments, const Conditions& conditions);
 
 /// A folder with box.obj: a closed box of 4 × 3 × 2 m (x, y, z) on y = 0, and shell.obj, one triangle.
 class SceneFolder : public ScratchFolder {
  public:
   SceneFolder();
   Outcome run(const std::vector<std::string>& arguments) const {
-    return sar_render(arguments, {path(), 0, {}, {}});
+    return sar_render(arguments, {path(), 0, {}, {}, {}});
   }
 
   /// Names and contents of all files below, but for reports, which hold times.

@@ -172,7 +172,7 @@ TEST_CASE("interrupted, a sweep keeps its finished views and continues to the sa
       sent = true;
       return signal;
     };
-    const Outcome outcome = sar_render(slow(name), {folder.path(), 0, {}, when_some_are_there});
+    const Outcome outcome = sar_render(slow(name), {folder.path(), 0, {}, when_some_are_there, {}});
     INFO(outcome.err);
     REQUIRE(outcome.code == 130);
     CHECK(outcome.err.find("the same command continues") != std::string::npos);
@@ -206,7 +206,7 @@ TEST_CASE("interrupted before anything is finished, nothing of a single view is 
   const Outcome outcome =
       sar_render({"box.obj", "--pitch", "45", "--size", "2000x2000", "--spacing", "0.01", "--sub-rows",
                   "64", "--elevations", "20000"},
-                 {folder.path(), 0, {}, soon});
+                 {folder.path(), 0, {}, soon, {}});
   INFO(outcome.err);
   CHECK(outcome.code == 130);
   CHECK(folder.contents() == before);

@@ -50,6 +50,38 @@ TEST_CASE("a scene outside the swath is called that", "[framing]") {
   CHECK(rendered.warnings[0].find("--aim") != std::string::npos);
 }
 
+TEST_CASE("the frame of a scene close to the radar ends at range zero", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {4.0, 1.0, 2.0});
+  // The slant range is less than what margins and shadow take.
+  const std::vector<Acquisition> views{view_of(45.0, 1.8)};
+  const Framing framing = frame_scene(scene, views);
+  Acquisition view = views.front();
+  view.n_azimuth = framing.n_azimuth;
+  view.n_range = framing.n_range;
+  CHECK_NOTHROW(validate(view));
+  CHECK(view.range_m(-0.5) < view.range_spacing_m);
+  CHECK(framing.explanation.find("above zero") != std::string::npos);
+  const SurfaceEngine engine(scene);
+  CHECK(sum(engine.render(engine.plan(view, {})).beta0) > 0.0);
+}
+
+TEST_CASE("the explanation says where layover and shadow end", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {2.0, 3.0, 4.0});  // x, y, z
+  for (const double pitch_deg : {1.0, 30.0, 60.0, 85.0}) {
+    const double theta = rad_from_deg(pitch_deg);
+    const std::vector<Acquisition> views{view_of(pitch_deg, 1e7)};
+    const std::string text = frame_scene(scene, views).explanation;
+    double near_m = 0.0, shadow_m = 0.0;
+    INFO(text);
+    REQUIRE(std::sscanf(text.c_str() + text.find("(from") + 5, "%lf", &near_m) == 1);
+    REQUIRE(std::sscanf(text.c_str() + text.find("(to") + 3, "%lf", &shadow_m) == 1);
+    CHECK(near_m == Approx(3.0 * std::cos(theta) + 2.0 * std::sin(theta)).epsilon(2e-3));
+    CHECK(shadow_m == Approx((2.0 + 3.0 * std::tan(theta)) * std::sin(theta)).epsilon(2e-3));
+  }
+}
+
 TEST_CASE("absurd sizes are refused with advice", "[framing]") {
   Scene scene = empty_scene(matte());
   add_box(scene, {12e6, 9e6, 5e6});

@@ -7,11 +7,13 @@
 
 namespace sarnerf {
 
-/// Processors this process may run on: OMP_NUM_THREADS when set, else the affinity mask.
+/// Threads to use unless told otherwise: OMP_NUM_THREADS when it is a number above zero (or begins a list with
+/// one), else the processors of the affinity mask.
 int default_thread_count();
 
 /// Caps every parallel loop of the process (ours, OpenVDB's, Embree's builds: all share oneTBB)
-/// while it lives. One at a time, made by the program's main function.
+/// while it lives. One at a time, made by the program's main function. The cap is lower than asked for, and
+/// thread_count() says so, beyond 16 threads a processor or where the system refuses to make so many.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int n_threads);

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a user is told, once and in few words.
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "catch.h"
+#include "program.h"
+
+namespace {
+
+bool has(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
+
+int n_lines(const std::string& text) { return static_cast<int>(std::count(text.begin(), text.end(), '\n')); }
+
+std::vector<std::string> view(const std::vector<std::string>& more) {
+  std::vector<std::string> all = {"box.obj", "--pitch", "45", "--size", "48x48"};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("a single view does not go into the folder of a sweep unasked") {
+  const SceneFolder folder;
+  REQUIRE(folder.run(view({"--azimuth", "0,90", "-o", "sweep"})).code == 0);
+  const auto before = folder.contents();
+  const Outcome outcome = folder.run(view({"-o", "sweep"}));
+  CHECK(outcome.code == 2);
+  CHECK(is_error_line(outcome.err, "sweep is the dataset of a sweep"));
+  CHECK(folder.contents() == before);
+}
+
+TEST_CASE("materials that nobody asks for are pointed out, with the names that are asked for") {
+  const SceneFolder folder;
+  write_text(folder / "m.json",
+             R"({"format": "sarnerf-materials", "version": 1, "materials": {"steel": {"gamma0": 1}}})");
+  write_text(folder / "named.obj", "usemtl walls\n" + read_text(folder / "box.obj"));
+  const Outcome unused = folder.run({"named.obj", "--pitch", "45", "--materials", "m.json", "-q"});
+  CHECK(n_lines(unused.err) == 1);
+  CHECK(has(unused.err, "m.json"));
+  CHECK(has(unused.err, "steel"));
+  CHECK(has(unused.err, "walls"));
+  write_text(folder / "named.obj", "usemtl steel\n" + read_text(folder / "box.obj"));
+  CHECK(folder.run({"named.obj", "--pitch", "45", "--materials", "m.json", "-q", "-o", "b"}).err.empty());
+}
+
+TEST_CASE("an image of nothing but shadow has one warning, with its reason") {
+  const SceneFolder folder;
+  // Behind the box, 3 m high, the ground is dark to 3 m beyond it.
+  const Outcome outcome = folder.run({"box.obj", "--pitch", "45", "--size", "2x2", "--spacing", "0.2", "--aim",
+                                      "0,0,-2.5", "--ground", "grass", "-q"});
+  INFO(outcome.err);
+  CHECK(n_lines(outcome.err) == 1);
+  CHECK(has(outcome.err, "blank"));
+  CHECK(has(outcome.err, "shadow"));
+}
+
+TEST_CASE("a ground that buries much of the scene is pointed out") {
+  const SceneFolder folder;
+  const auto at = [&](const char* height_m) {
+    return folder.run(view({"--ground", "grass", "--ground-height", height_m, "--dry-run", "-q"})).err;
+  };
+  CHECK(at("0").empty());
+  CHECK(has(at("2.4"), "80 %"));
+}
+
+TEST_CASE("scenes of few pixels: a hint on the spacing, and a warning below two") {
+  const SceneFolder folder;
+  const Outcome small = folder.run({"box.obj", "--pitch", "45"});
+  CHECK(has(small.err, "--spacing"));
+  CHECK_FALSE(has(small.err, "warning"));
+  const Outcome quiet = folder.run({"box.obj", "--pitch", "45", "--dry-run", "-q"});
+  CHECK(quiet.err.empty());
+  const Outcome tiny = folder.run({"box.obj", "--pitch", "45", "--scale", "0.01", "--dry-run", "-q"});
+  CHECK(n_lines(tiny.err) == 1);
+  CHECK(has(tiny.err, "pixels"));
+}
+
+TEST_CASE("a range whose steps miss its end says where it stops") {
+  const SceneFolder folder;
+  CHECK(has(folder.run(view({"--azimuth", "0:100:30", "--dry-run"})).err,
+            "--azimuth 0:100:30 stops at 90: its steps do not meet 100"));
+  CHECK_FALSE(has(folder.run(view({"--azimuth", "0:90:30", "--dry-run"})).err, "stops"));
+}
+
+TEST_CASE("unknown options are named, with the nearest known one") {
+  const SceneFolder folder;
+  CHECK(is_error_line(folder.run({"box.obj", "--pich", "45"}).err, "unknown option --pich (--pitch?)"));
+  CHECK(is_error_line(folder.run({"box.obj", "45", "--altitde=3"}).err, "--altitde=3 (--altitude?)"));
+  CHECK(is_error_line(folder.run({"box.obj", "--pitch", "45", "extra"}).err, "unexpected argument 'extra'"));
+}
+
+TEST_CASE("a sweep says what it continues and that it has finished") {
+  const SceneFolder folder;
+  const auto sweep = view({"--azimuth", "0:330:30", "-o", "s"});
+  CHECK(has(folder.run(sweep).err, "finished: 12 views"));
+  std::filesystem::remove(folder / "s/images/view_003.tif");
+  const Outcome again = folder.run(sweep);
+  CHECK(has(again.err, "continuing: 11 of 12 views are there"));
+  CHECK(has(again.err, "finished: 12 views"));
+}
+
+TEST_CASE("warnings of a sweep come once, with the number of views") {
+  const SceneFolder folder;
+  const Outcome outcome =
+      folder.run({"box.obj", "--pitch", "45", "--azimuth", "0:350:10", "--size", "4x4", "-q", "-o", "s"});
+  INFO(outcome.err);
+  CHECK(n_lines(outcome.err) <= 2);
+  CHECK(has(outcome.err, "views, first at incidence 45, azimuth 0 deg"));
+}
+
+TEST_CASE("the plan counts in words and rounds what it estimates") {
+  const SceneFolder folder;
+  const Outcome plan = folder.run(view({"--dry-run", "--threads", "1"}));
+  CHECK(has(plan.out, "12 triangles in 1 piece,"));
+  CHECK(has(plan.out, "on 1 thread\n"));
+  CHECK(has(plan.out, "less than 0.01 s"));
+}
+
+TEST_CASE("threads beyond all measure are cut down with a word") {
+  const SceneFolder folder;
+  const Outcome outcome = folder.run(view({"--threads", "100000", "-q"}));
+  CHECK(outcome.code == 0);
+  CHECK(n_lines(outcome.err) == 1);
+  CHECK(has(outcome.err, "100000 threads"));
+}
+
+TEST_CASE("control characters of names do not reach the terminal") {
+  const SceneFolder folder;
+  std::filesystem::copy_file(folder / "box.obj", folder / "a\nb\x1b[2J.obj");
+  for (const char* more : {"--explain", "-v"}) {
+    const Outcome outcome = folder.run({"a\nb\x1b[2J.obj", "--pitch", "45", more, "-o", "out", "--overwrite"});
+    CHECK(outcome.code == 0);
+    CHECK_FALSE(has(outcome.err, "\x1b"));
+    CHECK_FALSE(has(outcome.err, "\nb"));
+  }
+}
+
+TEST_CASE("a working directory that is gone is an error like any other") {
+  const SceneFolder folder;
+  std::filesystem::create_directory(folder / "gone");
+  const std::string box = folder / "box.obj";
+  const Outcome outcome =
+      sar_render({box, "--pitch", "45", "-q"}, {folder / "gone", 0, {}, {}, [&] { ::rmdir((folder / "gone").c_str()); }});
+  INFO(outcome.err);
+  CHECK(outcome.code == 1);
+  CHECK(is_error_line(outcome.err, ""));
+  CHECK_FALSE(has(outcome.err, "filesystem error"));
+}
+
+TEST_CASE("the pictures' scale is recorded, one for a sweep, and is what they show") {
+  using Json = nlohmann::json;
+  const SceneFolder folder;
+  for (const char* quantity : {"power", "amplitude"}) {
+    const std::string name = std::string("s_") + quantity;
+    REQUIRE(folder.run(view({"--azimuth", "0:330:30", "--quantity", quantity, "-q", "-o", name})).code == 0);
+    const Json display = Json::parse(read_text(folder / (name + "/dataset.json"))).at("provenance").at("display");
+    CHECK(display.at("white_db").get<double>() - display.at("black_db").get<double>() == Approx(40.0));
+  }
+  const auto white = [&](const char* file) {
+    return Json::parse(read_text(folder / file)).at("provenance").at("display").at("white_db").get<double>();
+  };
+  CHECK(white("s_power/dataset.json") == Approx(white("s_amplitude/dataset.json")).margin(0.011));
+  REQUIRE(folder.run(view({"-q", "-o", "one"})).code == 0);
+  const Json one = Json::parse(read_text(folder / "one.json")).at("display");
+  CHECK(one.at("black_db").get<double>() == Approx(one.at("white_db").get<double>() - 40.0));
+}
