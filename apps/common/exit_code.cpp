@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "exit_code.h"
 
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -9,8 +12,30 @@
 #include "sarnerf/core/error.h"
 
 namespace sarnerf::app {
+namespace {
+
+/// What a library throws where nobody can catch it, on a thread of its own or while it makes one, still ends
+/// with one line and an exit code.
+[[noreturn]] void end_unhandled() {
+  const char* what = "no exception";
+  try {
+    if (std::exception_ptr current = std::current_exception()) std::rethrow_exception(current);
+  } catch (const std::exception& e) {
+    what = e.what();
+    std::fprintf(stderr, "%s: error: %s; free memory, raise the limits of this process, or use fewer --threads\n",
+                 program_invocation_short_name, visible(what).c_str());
+    std::_Exit(kFailure);
+  } catch (...) {
+    what = "unknown exception";
+  }
+  std::fprintf(stderr, "%s: error: ended from within (%s): please report this\n", program_invocation_short_name, what);
+  std::_Exit(kFailure);
+}
+
+}  // namespace
 
 int run_program(Console& console, const std::function<void()>& body) {
+  std::set_terminate(end_unhandled);
   const auto fail = [&](const char* message, ExitCode code) {
     console.error(message);
     return code;
