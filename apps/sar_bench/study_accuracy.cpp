@@ -29,13 +29,24 @@ nlohmann::json study_accuracy(const StudyOptions& options) {
         sampling.n_sub_rows = sub_rows;
         const ViewPlan plan = engine.plan(view, sampling);
         RenderedView rendered;
-        const auto times = run_in_turn({[&] { rendered = engine.render(plan); }}, options.rounds);
+        ViewPlan by_direction = plan;
+        by_direction.error.by_direction = true;
+        ViewPlan without = plan;
+        without.error.estimate = false;
+        const auto times = run_in_turn({[&] { rendered = engine.render(by_direction); },
+                                        [&] { engine.render(without); },
+                                        [&] { engine.render(plan); }}, options.rounds);
         results.push_back(
             {{"scene", named.name},
              {"elevations", sampling.n_elevation},
              {"sub_rows", sub_rows},
              {"automatic", density == 1.0 && sub_rows == automatic.n_sub_rows},
              {"ms", times[0].median() * 1e3},
+             {"estimate", rendered.error.relative},
+             {"elevation", rendered.error.elevation},
+             {"along_track", rendered.error.along_track},
+             {"estimating", ratio_json(times[2], times[1])},
+             {"estimating_apart", ratio_json(times[0], times[1])},
              {"error", relative_l2_error(rendered.beta0, reference)},
              {"db_error_p95", db_error_percentile(rendered.beta0, reference)}});
       }

@@ -100,12 +100,13 @@ void GroundPlane::fill_alone(int first, int n, Slice& slice) const {
   for (int m = 0; m <= n + 1; ++m) put(slice, static_cast<std::size_t>(m), first + m - 1);
 }
 
-void GroundPlane::deposit_outside(double gap_first, double gap_last, std::span<double> bins) const {
+void GroundPlane::deposit_outside(double gap_first, double gap_last, double weight,
+                                  std::span<double> bins) const {
   const double first = std::min(gap_first, gap_last);
   for (std::size_t j = 0; j < bins.size(); ++j) {
     const double near = border_ray_[j], far = border_ray_[j + 1];
     const double hidden = std::max(0.0, std::min(far, gap_last) - std::max(near, first));
-    bins[j] += bin_gamma_[j] * std::max(0.0, far - near - hidden);
+    bins[j] += weight * bin_gamma_[j] * std::max(0.0, far - near - hidden);
   }
 }
 

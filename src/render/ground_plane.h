@@ -29,8 +29,8 @@ class GroundPlane {
   void fill_alone(int first, int n, Slice& slice) const;
 
   /// Adds what a uniform ground gives outside the ray indices [gap_first, gap_last], in units of γ
-  /// times ray steps like deposit_slice(). An empty gap (first ≥ last) means everywhere.
-  void deposit_outside(double gap_first, double gap_last, std::span<double> bins) const;
+  /// times ray steps like deposit_slice(), times `weight`. An empty gap (first ≥ last) means everywhere.
+  void deposit_outside(double gap_first, double gap_last, double weight, std::span<double> bins) const;
 
  private:
   std::size_t index(int k) const { return static_cast<std::size_t>(k + 1); }

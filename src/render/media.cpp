@@ -139,23 +139,76 @@ double Media::depth_before(double bin, double spacing_m,
   return std::max(0.0, depth);
 }
 
+void Media::append_ray(const Cell& cell, double spacing_m, double end_of_ray, double n_bins, int k,
+                       std::span<const MediaBoundary> boundaries, MediaScratch& scratch) const {
+  double steepest_bins = 0.0, densest_per_m = 0.0;
+  for (const MediaBoundary& b : boundaries) {
+    steepest_bins = std::max(steepest_bins, cell.rays * std::abs(b.bin_per_ray) +
+                                                cell.slices * std::abs(b.bin_per_slice));
+    const Material& medium = media_[b.medium];
+    densest_per_m = std::max(densest_per_m, medium.extinction_per_m + medium.extinction_back_per_m);
+  }
+  // A dense medium answers at its surface, whose range must be spread over the cell as finely as an
+  // opaque face is; a thin one blurs it by itself.
+  const double cells = densest_per_m * spacing_m > 0.05 ? 4.0 * steepest_bins : steepest_bins;
+  const int n_sub_rays = static_cast<int>(std::clamp(std::ceil(cells), 1.0, double{kMaxSubRays}));
+  const double weight = cell.rays * cell.slices / n_sub_rays;
+  for (int q = 0; q < n_sub_rays; ++q) {
+    const CellOffset offset = cell_offset(q, n_sub_rays);
+    std::vector<MediaBoundary>& moved = scratch.moved;
+    moved.assign(boundaries.begin(), boundaries.end());
+    for (MediaBoundary& b : moved) {
+      b.bin += offset.ray * cell.rays * b.bin_per_ray +
+               (offset.slice * cell.slices + cell.shift) * b.bin_per_slice;
+    }
+    // A few, and nearly in order already.
+    for (std::size_t n = 1; n < moved.size(); ++n) {
+      for (std::size_t p = n; p > 0 && moved[p].bin < moved[p - 1].bin; --p) {
+        std::swap(moved[p], moved[p - 1]);
+      }
+    }
+    double in = 0.0, back = 0.0, scattering = 0.0;
+    for (std::size_t n = 0; n + 1 < moved.size(); ++n) {
+      const Material& medium = media_[moved[n].medium];
+      in += moved[n].sign * medium.extinction_per_m;
+      back += moved[n].sign * medium.extinction_back_per_m;
+      scattering += moved[n].sign * medium.scattering_per_m;
+      double x = moved[n].bin;
+      const double x_end = std::min({moved[n + 1].bin, end_of_ray, n_bins});
+      while (x < x_end) {
+        const double next = x < 0.0 ? std::min(0.0, x_end) : std::min(std::floor(x) + 1.0, x_end);
+        scratch.bin.push_back(x < 0.0 ? kNoBin : static_cast<std::uint32_t>(x));
+        scratch.length_m.push_back(static_cast<float>((next - x) * spacing_m));
+        scratch.extinction.push_back(static_cast<float>(std::max(0.0, in)));
+        if (!two_way_equal_) scratch.extinction_back.push_back(static_cast<float>(std::max(0.0, back)));
+        scratch.scattering.push_back(static_cast<float>(std::max(0.0, scattering) * weight));
+        x = next;
+      }
+    }
+    scratch.ray_begin.push_back(static_cast<std::uint32_t>(scratch.bin.size()));
+    scratch.ray_row.push_back(0);
+    scratch.ray_k.push_back(static_cast<std::uint32_t>(k));
+  }
+}
+
 void Media::apply(const ViewRays& rays, Integrator integrator, int first, int end, Slice& slice,
-                  MediaScratch& scratch, std::span<double> bins, LayerRow* layers) const {
+                  MediaScratch& scratch, std::span<double> bins, LayerRow* layers,
+                  std::span<const MediaSubset> subsets) const {
   const double spacing_m = rays.grid.acquisition().range_spacing_m;
   const double n_bins = static_cast<double>(bins.size());
   scratch.clear();
-  const auto integrate_batch = [&] {
-    const SegmentSpans<float> segments{scratch.ray_begin, scratch.ray_row, scratch.bin,
-                                       scratch.length_m};
-    const FieldSamples<float> field{scratch.extinction, scratch.extinction_back, scratch.scattering,
+  for (const MediaSubset& subset : subsets) subset.scratch->clear();
+  const auto integrate_batch = [&](MediaScratch& batch, std::span<double> to, LayerRow* also_to) {
+    const SegmentSpans<float> segments{batch.ray_begin, batch.ray_row, batch.bin, batch.length_m};
+    const FieldSamples<float> field{batch.extinction, batch.extinction_back, batch.scattering,
                                     SourceForm::scattering};
-    integrate(segments, field, integrator, static_cast<int>(bins.size()), bins);
-    if (layers != nullptr) {
-      scratch.contributions.resize(scratch.bin.size());
-      contributions(segments, field, integrator, scratch.contributions);
-      add_layers(scratch, *layers);
+    integrate(segments, field, integrator, static_cast<int>(to.size()), to);
+    if (also_to != nullptr) {
+      batch.contributions.resize(batch.bin.size());
+      contributions(segments, field, integrator, batch.contributions);
+      add_layers(batch, *also_to);
     }
-    scratch.clear();
+    batch.clear();
   };
 
   const int last = std::min(end, slice.first + slice.n_rays);
@@ -166,14 +219,6 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
     if (boundaries.empty()) continue;
     const bool stopped = slice.surface[m] != kNoTriangle;
     const double end_of_ray = stopped ? slice.bin[m] : std::numeric_limits<double>::infinity();
-
-    double steepest_bins = 0.0, densest_per_m = 0.0;
-    for (const MediaBoundary& b : boundaries) {
-      steepest_bins = std::max(steepest_bins, std::abs(b.bin_per_ray) + std::abs(b.bin_per_slice));
-      const Material& medium = media_[b.medium];
-      const double two_way = medium.extinction_per_m + medium.extinction_back_per_m;
-      densest_per_m = std::max(densest_per_m, two_way);
-    }
     if (stopped) {
       slice.gamma[m] *= static_cast<float>(std::exp(-depth_before(end_of_ray, spacing_m, boundaries)));
     }
@@ -183,52 +228,18 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
         layers->hide_behind(k);
       }
     }
-
-    // A dense medium answers at its surface, whose range must be spread over the cell as finely as an
-    // opaque face is; a thin one blurs it by itself.
-    const double cells = densest_per_m * spacing_m > 0.05 ? 4.0 * steepest_bins : steepest_bins;
-    const int n_sub_rays = static_cast<int>(std::clamp(std::ceil(cells), 1.0, double{kMaxSubRays}));
-    for (int q = 0; q < n_sub_rays; ++q) {
-      const CellOffset offset = cell_offset(q, n_sub_rays);
-      std::vector<MediaBoundary>& moved = scratch.moved;
-      moved = boundaries;
-      for (MediaBoundary& b : moved) {
-        b.bin += offset.ray * b.bin_per_ray + offset.slice * b.bin_per_slice;
-      }
-      // A few, and nearly in order already.
-      for (std::size_t n = 1; n < moved.size(); ++n) {
-        for (std::size_t p = n; p > 0 && moved[p].bin < moved[p - 1].bin; --p) {
-          std::swap(moved[p], moved[p - 1]);
-        }
-      }
-      double in = 0.0, back = 0.0, scattering = 0.0;
-      for (std::size_t n = 0; n + 1 < moved.size(); ++n) {
-        const Material& medium = media_[moved[n].medium];
-        in += moved[n].sign * medium.extinction_per_m;
-        back += moved[n].sign * medium.extinction_back_per_m;
-        scattering += moved[n].sign * medium.scattering_per_m;
-        double x = moved[n].bin;
-        const double x_end = std::min({moved[n + 1].bin, end_of_ray, n_bins});
-        while (x < x_end) {
-          const double next = x < 0.0 ? std::min(0.0, x_end) : std::min(std::floor(x) + 1.0, x_end);
-          scratch.bin.push_back(x < 0.0 ? kNoBin : static_cast<std::uint32_t>(x));
-          scratch.length_m.push_back(static_cast<float>((next - x) * spacing_m));
-          scratch.extinction.push_back(static_cast<float>(std::max(0.0, in)));
-          if (!two_way_equal_) {
-            scratch.extinction_back.push_back(static_cast<float>(std::max(0.0, back)));
-          }
-          scratch.scattering.push_back(
-              static_cast<float>(std::max(0.0, scattering) / n_sub_rays));
-          x = next;
-        }
-      }
-      scratch.ray_begin.push_back(static_cast<std::uint32_t>(scratch.bin.size()));
-      scratch.ray_row.push_back(0);
-      if (layers != nullptr) scratch.ray_k.push_back(static_cast<std::uint32_t>(k));
+    append_ray({}, spacing_m, end_of_ray, n_bins, k, boundaries, scratch);
+    for (const MediaSubset& subset : subsets) {
+      if (m % static_cast<std::size_t>(subset.k_step) != 0) continue;
+      append_ray({double(subset.k_step), double(subset.group.n_slices), subset.group.shift}, spacing_m,
+                 end_of_ray, n_bins, k, boundaries, *subset.scratch);
     }
-    if (scratch.bin.size() >= kMostSegments) integrate_batch();
+    if (scratch.bin.size() < kMostSegments) continue;
+    integrate_batch(scratch, bins, layers);
+    for (const MediaSubset& subset : subsets) integrate_batch(*subset.scratch, subset.bins, nullptr);
   }
-  integrate_batch();
+  integrate_batch(scratch, bins, layers);
+  for (const MediaSubset& subset : subsets) integrate_batch(*subset.scratch, subset.bins, nullptr);
 }
 
 }  // namespace sarnerf

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "layer_row.h"
+#include "nested_sampling.h"
 #include "sarnerf/mpa/integrate.h"
 #include "sarnerf/scene/scene.h"
 #include "sarnerf/trace/ray_tracer.h"
@@ -29,9 +30,17 @@ struct MediaScratch {
   std::vector<MediaBoundary> boundaries, moved;
   std::vector<std::uint32_t> ray_begin, ray_row, bin;
   std::vector<float> length_m, extinction, extinction_back, scattering;
-  std::vector<std::uint32_t> ray_k;    ///< k of each ray; for layers only
+  std::vector<std::uint32_t> ray_k;    ///< k of each ray
   std::vector<double> contributions;   ///< of each segment; for layers only
   void clear();
+};
+
+/// A coarser sampling of the same rays that a slice is part of, and its row of bins.
+struct MediaSubset {
+  int k_step = 1;
+  SliceGroup group;
+  MediaScratch* scratch = nullptr;
+  std::span<double> bins;
 };
 
 /// Homogeneous translucent solids of a scene. Between entry and exit a medium is constant, so nothing
@@ -51,11 +60,20 @@ class Media {
   /// that may meet the media's box. The slice must be complete. `layers`, unless null, gets what the image
   /// gets, and is told where media hide the reference plane: where less than half of the power comes back.
   void apply(const ViewRays& rays, Integrator integrator, int first, int end, Slice& slice,
-             MediaScratch& scratch, std::span<double> bins, LayerRow* layers = nullptr) const;
+             MediaScratch& scratch, std::span<double> bins, LayerRow* layers = nullptr,
+             std::span<const MediaSubset> subsets = {}) const;
 
  private:
   /// Two-way optical depth of what lies nearer than a bin coordinate.
   double depth_before(double bin, double spacing_m, std::span<const MediaBoundary> boundaries) const;
+
+  /// What a ray stands for: so many rays and slices, and how far (slices) these lie from its own.
+  struct Cell {
+    double rays = 1.0, slices = 1.0, shift = 0.0;
+  };
+  /// Appends the segments of a ray, or of several spread over its cell where faces are steep.
+  void append_ray(const Cell& cell, double spacing_m, double end_of_ray, double n_bins, int k,
+                  std::span<const MediaBoundary> boundaries, MediaScratch& scratch) const;
 
   /// Leaves the faces that ray k of the slice crosses in scratch.boundaries, in order of range.
   void find_boundaries(const ViewRays& rays, const Slice& slice, int k, MediaScratch& scratch) const;

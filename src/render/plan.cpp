@@ -209,7 +209,8 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
 
   const double finer_m = std::min(a.range_spacing_m, a.azimuth_spacing_m);
   const double dense_m = density.ray_spacing_in_pixels * finer_m;
-  const double spacing_m = spacing_across(scene_angles, angles->second - angles->first, a.slant_range_m, dense_m);
+  const double spacing_m = sampling.ray_spacing_m > 0.0 ? sampling.ray_spacing_m
+                           : spacing_across(scene_angles, angles->second - angles->first, a.slant_range_m, dense_m);
   // A scene without any extent across the rays still needs one.
   const double least = 1e-3 * spacing_m / a.slant_range_m;
   if (angles->second - angles->first < least) {
@@ -220,7 +221,9 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   } else {
     plan.fan = lattice_fan(*angles, spacing_m / a.slant_range_m);
     plan.chosen.push_back(
-        spacing_m < dense_m
+        sampling.ray_spacing_m > 0.0
+            ? format("%d elevation rays, %.4g m apart", plan.fan.n_elevation, spacing_m)
+        : spacing_m < dense_m
             ? format("%d elevation rays, %.4g m apart: the scene is only a few pixels wide (--elevations)",
                      plan.fan.n_elevation, spacing_m)
             : format("%d elevation rays, %.4g m apart: %.2g of the finer pixel side (--elevations)",

@@ -159,8 +159,7 @@ class Reconstruction {
   glm::dvec3 scene_point(std::size_t m) const {
     const Acquisition& a = scene_.rays.grid.acquisition();
     const double offset_m = (bin_[m] - 0.5 * a.n_range) * a.range_spacing_m;
-    const int k = std::clamp(s_.first + static_cast<int>(m) - 1, 0,
-                             scene_.rays.grid.fan().n_elevation - 1);
+    const int k = std::clamp(s_.k_of(m), 0, scene_.rays.grid.fan().n_elevation - 1);
     return scene_.rays.scene_point(s_.along_m, offset_m, k);
   }
 
@@ -174,12 +173,12 @@ class Reconstruction {
     if (surface == kGroundSurface) return 0.5;
     const auto rays = scene_.sections.rays_of(surface, s_.along_m);
     if (!rays) return 0.5;
-    const double k = s_.first + static_cast<double>(m) - 1.0;
-    const double reach = towards > 0 ? rays->second - k : k - rays->first;
+    const double k = s_.k_of(m), steps_per_ray = 1.0 / s_.k_step;
+    const double reach = (towards > 0 ? rays->second - k : k - rays->first) * steps_per_ray;
     if (!(reach >= 0.0 && reach <= 1.0)) return 0.5;
     // Faces smaller than the spacing of the rays have neighbours that no ray met: the outline is
     // somewhere between this face's end and the next ray.
-    const bool small = rays->second - rays->first < 1.0;
+    const bool small = (rays->second - rays->first) * steps_per_ray < 1.0;
     return small ? 0.5 * (reach + 1.0) : reach;
   }
 

@@ -14,10 +14,11 @@ namespace sarnerf {
 /// Marks a sample of a slice that lies on the ground plane instead of a triangle.
 inline constexpr std::uint32_t kGroundSurface = 0xfffffffeu;
 
-/// What the rays k of one slice (an azimuth row, or a part of one) see first. Arrays are indexed by
-/// k − first + 1: one sample before the first ray and one behind the last close the slice off.
+/// What the rays k of one slice (an azimuth row, or a part of one) see first. Sample m belongs to ray
+/// first + (m − 1) · k_step: one sample before the first ray and one behind the last close the slice off.
 struct Slice {
   int first = 0;  ///< k of the first ray
+  int k_step = 1; ///< from one sample to the next; more than 1 in subsets of a slice's samples
   int n_rays = 0;
   double along_m = 0.0;  ///< along-track coordinate of the slice's centre
   double width_m = 0.0;  ///< its extent along track
@@ -30,6 +31,7 @@ struct Slice {
   std::vector<float> cosine;           ///< −n·d on triangles; not set elsewhere
 
   void resize(int n);
+  int k_of(std::size_t m) const { return first + k_step * (static_cast<int>(m) - 1); }
 };
 
 /// Bytes of scratch that a worker takes for each ray of each slice that it traces at once.

@@ -9,6 +9,7 @@
 #include "sarnerf/core/monitor.h"
 #include "sarnerf/geometry/ray_grid.h"
 #include "sarnerf/mpa/integrator.h"
+#include "sarnerf/render/error_estimate.h"
 #include "sarnerf/render/layers.h"
 
 namespace sarnerf {
@@ -16,7 +17,8 @@ namespace sarnerf {
 /// How densely a view is sampled. Zero means: choose.
 struct Sampling {
   int n_elevation = 0;
-  int n_sub_rows = 0;  ///< slices per azimuth row
+  double ray_spacing_m = 0.0;  ///< at the aim point's range, instead of a number of elevation rays
+  int n_sub_rows = 0;          ///< slices per azimuth row
   Integrator integrator = Integrator::exact;  ///< matters for translucent solids only
 };
 
@@ -28,6 +30,7 @@ struct ViewPlan {
   int n_slices_at_once = 1;  ///< of a row, traced together: fewer where there are many rays, for memory
   Integrator integrator = Integrator::exact;
   LayerRequest layers;            ///< none unless the caller sets it
+  ErrorRequest error;             ///< an estimate of the image's error unless the caller unsets it
   std::uint64_t n_grid_rays = 0;  ///< rows × sub-rows × elevations
   std::uint64_t n_kept_rays = 0;  ///< rays that meet the scene's box: the only ones generated
   std::uint64_t n_widest_slice = 0;  ///< most rays of one slice that meet the scene's box
@@ -41,6 +44,7 @@ struct ViewPlan {
 struct RenderedView {
   Image<float> beta0;  ///< radar brightness, linear power, [n_azimuth × n_range]
   Layers layers;       ///< those that the plan asks for
+  ErrorEstimate error;
   std::uint64_t n_hits = 0;
   double trace_and_deposit_s = 0.0;
   std::vector<std::string> warnings;  ///< a blank image says why here

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "sarnerf/render/engine.h"
 #include "sarnerf/scene/scene.h"
@@ -16,8 +17,10 @@ namespace sarnerf {
 class VoxelEngine final : public Engine {
  public:
   /// `scene` gives the ground and the box to be framed, and must outlive the engine; its mesh is not looked
-  /// at. Throws GeometryError when there is neither matter nor a ground.
-  VoxelEngine(const Scene& scene, Volume volume);
+  /// at. `coarse`, the same scene in voxels of twice the size, lets views estimate what their voxels cost in
+  /// accuracy; without it a volume counts as the truth, and estimates tell of the sampling alone. Throws
+  /// GeometryError when there is neither matter nor a ground.
+  explicit VoxelEngine(const Scene& scene, Volume volume, std::optional<Volume> coarse = {});
   ~VoxelEngine() override;
 
   ViewPlan plan(const Acquisition& acquisition, const Sampling& sampling) const override;

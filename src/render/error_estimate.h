@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarnerf/core/image.h"
+
+namespace sarnerf {
+
+/// ‖a − b‖₂ / ‖a‖₂ over rows from `first_row` on; NaN for a blank `a`.
+double relative_difference(const Image<float>& a, const Image<float>& b, int first_row);
+
+/// scale · |a − b|. Rows before `first_row` have the next one's values.
+Image<float> error_map(const Image<float>& a, const Image<float>& b, int first_row, double scale);
+
+}  // namespace sarnerf
