@@ -10,6 +10,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "studies.h"
+#include "study_accuracy.h"
 
 namespace {
 
@@ -20,7 +21,6 @@ struct Options {
   std::string up = "y";
   std::string json_file;
   int threads = sarnerf::default_thread_count();
-  bool quick = false;
 };
 
 void add_common(CLI::App& command, Options& o) {
@@ -58,7 +58,7 @@ nlohmann::json run_speed(const Options& o) {
     announce("360-view sweeps");
     result["sweep"] = study_sweep(o.study);
   }
-  if (o.quick) return result;
+  if (o.study.quick) return result;
   announce("12 thousand and 1.2 million triangles");
   result["triangles"] = study_triangles(o.study);
   const sarnerf::ThreadLimit limit(o.threads);
@@ -93,13 +93,14 @@ void run(int argc, char** argv) {
   CLI::App* speed = app.add_subcommand(
       "speed", "Cost of tracing and deposit beside bare Embree, of sweeps, of meshes' sizes, of memory");
   add_common(*speed, o);
-  speed->add_flag("--quick", o.quick, "Leave out the studies that take minutes");
+  speed->add_flag("--quick", o.study.quick, "Leave out the studies that take minutes");
   speed->add_option("--render-flags", o.study.render_flags,
                     "More flags for the sweeps' sar_render, as one string")
       ->type_name("TEXT");
   CLI::App* accuracy = app.add_subcommand(
       "accuracy", "Error against time over elevation rays and sub-rows, each scene");
   add_common(*accuracy, o);
+  accuracy->add_flag("--quick", o.study.quick, "Leave out voxels, which take most of the time");
   CLI::App* voxel = app.add_subcommand(
       "voxel", "Voxel engine beside the surface engine: time, error and memory over voxel sizes");
   add_common(*voxel, o);
@@ -121,7 +122,7 @@ void run(int argc, char** argv) {
     const auto folder = std::filesystem::path(o.json_file).parent_path();
     sarnerf::require_writable(folder.empty() ? "." : folder);
   }
-  if (o.quick) o.study.rounds = std::min(o.study.rounds, 5);
+  if (o.study.quick) o.study.rounds = std::min(o.study.rounds, 5);
   nlohmann::json result;
   if (speed->parsed()) {
     result = run_speed(o);
@@ -129,7 +130,7 @@ void run(int argc, char** argv) {
     result = {{"environment", sarnerf::bench::environment()}, {"voxel", sarnerf::bench::study_voxel(o.study)}};
   } else {
     result = {{"environment", sarnerf::bench::environment()},
-              {"accuracy", sarnerf::bench::study_accuracy(o.study)}};
+              {"accuracy", sarnerf::bench::accuracy_json(sarnerf::bench::study_accuracy(o.study))}};
   }
   const std::string text = result.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!o.json_file.empty()) sarnerf::write_file_atomically(o.json_file, text);

@@ -18,6 +18,7 @@ struct StudyOptions {
   double spacing_m = 0.3;
   int size = 128;
   int rounds = 15;
+  bool quick = false;
   std::string render_flags;  ///< passed on to sar_render by study_sweep
 };
 
@@ -37,9 +38,6 @@ nlohmann::json study_sweep(const StudyOptions& options);
 
 /// Integrators, forward and adjoint, for each instruction set of this processor: ns a segment.
 nlohmann::json study_integrators(const StudyOptions& options);
-
-/// Error against time over elevation rays and sub-rows, for each scene, against a converged reference.
-nlohmann::json study_accuracy(const StudyOptions& options);
 
 /// The voxel engine beside the surface engine: time, error, voxels and memory at one bin to an eighth, slope
 /// of the error, the dense march of the same rays, and what doubling the empty space changes. One thread.

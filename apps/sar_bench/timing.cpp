@@ -23,6 +23,12 @@ nlohmann::json spread(const Timing& t, double factor) {
           {"runs", t.seconds.size()}};
 }
 
+Timing ratios(const Timing& a, const Timing& b) {
+  Timing of_pairs;
+  for (std::size_t n = 0; n < a.seconds.size(); ++n) of_pairs.seconds.push_back(a.seconds[n] / b.seconds[n]);
+  return of_pairs;
+}
+
 }  // namespace
 
 double Timing::quantile(double q) const {
@@ -47,13 +53,9 @@ std::vector<Timing> run_in_turn(const std::vector<std::function<void()>>& conten
   return timings;
 }
 
-nlohmann::json ratio_json(const Timing& a, const Timing& b) {
-  Timing ratios;
-  for (std::size_t n = 0; n < a.seconds.size(); ++n) {
-    ratios.seconds.push_back(a.seconds[n] / b.seconds[n]);
-  }
-  return spread(ratios, 1.0);
-}
+double ratio(const Timing& a, const Timing& b) { return ratios(a, b).median(); }
+
+nlohmann::json ratio_json(const Timing& a, const Timing& b) { return spread(ratios(a, b), 1.0); }
 
 nlohmann::json nanoseconds_json(const Timing& timing, double count) {
   return spread(timing, 1e9 / count);

@@ -18,6 +18,9 @@ struct Timing {
 /// them alike and ratios between them can be trusted more than their times.
 std::vector<Timing> run_in_turn(const std::vector<std::function<void()>>& contenders, int rounds);
 
+/// Median of a / b, pair by pair.
+double ratio(const Timing& a, const Timing& b);
+
 /// Median and quartiles of a / b, pair by pair.
 nlohmann::json ratio_json(const Timing& a, const Timing& b);
 

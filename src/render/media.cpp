@@ -152,7 +152,7 @@ void Media::append_ray(const Cell& cell, double spacing_m, double end_of_ray, do
   // opaque face is; a thin one blurs it by itself.
   const double cells = densest_per_m * spacing_m > 0.05 ? 4.0 * steepest_bins : steepest_bins;
   const int n_sub_rays = static_cast<int>(std::clamp(std::ceil(cells), 1.0, double{kMaxSubRays}));
-  const double weight = cell.rays * cell.slices / n_sub_rays;
+  const double weight = cell.weight * cell.rays * cell.slices / n_sub_rays;
   for (int q = 0; q < n_sub_rays; ++q) {
     const CellOffset offset = cell_offset(q, n_sub_rays);
     std::vector<MediaBoundary>& moved = scratch.moved;
@@ -191,7 +191,7 @@ void Media::append_ray(const Cell& cell, double spacing_m, double end_of_ray, do
   }
 }
 
-void Media::apply(const ViewRays& rays, Integrator integrator, int first, int end, Slice& slice,
+void Media::apply(const ViewRays& rays, Integrator integrator, int first, int end, double weight, Slice& slice,
                   MediaScratch& scratch, std::span<double> bins, LayerRow* layers,
                   std::span<const MediaSubset> subsets) const {
   const double spacing_m = rays.grid.acquisition().range_spacing_m;
@@ -228,10 +228,10 @@ void Media::apply(const ViewRays& rays, Integrator integrator, int first, int en
         layers->hide_behind(k);
       }
     }
-    append_ray({}, spacing_m, end_of_ray, n_bins, k, boundaries, scratch);
+    append_ray({weight}, spacing_m, end_of_ray, n_bins, k, boundaries, scratch);
     for (const MediaSubset& subset : subsets) {
       if (m % static_cast<std::size_t>(subset.k_step) != 0) continue;
-      append_ray({double(subset.k_step), double(subset.group.n_slices), subset.group.shift}, spacing_m,
+      append_ray({weight, double(subset.k_step), double(subset.group.n_slices), subset.group.shift}, spacing_m,
                  end_of_ray, n_bins, k, boundaries, *subset.scratch);
     }
     if (scratch.bin.size() < kMostSegments) continue;

@@ -57,9 +57,9 @@ class Media {
 
   /// Attenuates the γ of the slice's samples by the media in front of them, and deposits what the media
   /// themselves scatter, in the units of deposit_slice(). Only rays k in [first, end) are looked at: those
-  /// that may meet the media's box. The slice must be complete. `layers`, unless null, gets what the image
+  /// that may meet the media's box. The slice must be complete; `weight` is how much it counts. `layers`, unless null, gets what the image
   /// gets, and is told where media hide the reference plane: where less than half of the power comes back.
-  void apply(const ViewRays& rays, Integrator integrator, int first, int end, Slice& slice,
+  void apply(const ViewRays& rays, Integrator integrator, int first, int end, double weight, Slice& slice,
              MediaScratch& scratch, std::span<double> bins, LayerRow* layers = nullptr,
              std::span<const MediaSubset> subsets = {}) const;
 
@@ -67,9 +67,9 @@ class Media {
   /// Two-way optical depth of what lies nearer than a bin coordinate.
   double depth_before(double bin, double spacing_m, std::span<const MediaBoundary> boundaries) const;
 
-  /// What a ray stands for: so many rays and slices, and how far (slices) these lie from its own.
+  /// What a ray stands for: so many rays and slices of a weight, and how far (slices) these lie from its own.
   struct Cell {
-    double rays = 1.0, slices = 1.0, shift = 0.0;
+    double weight = 1.0, rays = 1.0, slices = 1.0, shift = 0.0;
   };
   /// Appends the segments of a ray, or of several spread over its cell where faces are steep.
   void append_ray(const Cell& cell, double spacing_m, double end_of_ray, double n_bins, int k,

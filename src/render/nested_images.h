@@ -15,8 +15,11 @@ class NestedImages {
  public:
   explicit NestedImages(const ViewPlan& plan);
 
-  std::size_t n_levels() const { return levels_.size(); }
-  const NestedLevel& level(std::size_t l) const { return levels_[l]; }
+  std::size_t n_levels() const { return images_.size(); }
+  /// Level 0 has every third ray; level 1, there if errors are wanted by direction, all of them.
+  static int k_step(std::size_t level) { return level == 0 ? kCoarser : 1; }
+  /// Rows of a single slice have nothing coarser in them: their slice stands for the next row's instead.
+  bool next_row() const { return next_row_; }
 
   /// Writes what row i of the view has gathered in a level's bins.
   void end_row(int i, std::size_t l, std::span<const double> bins, std::span<const double> beta0_per_mass);
@@ -26,7 +29,7 @@ class NestedImages {
 
  private:
   ErrorRequest request_;
-  std::vector<NestedLevel> levels_;
+  bool next_row_;
   std::vector<Image<float>> images_;
 };
 

@@ -1,23 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nested_sampling.h"
 
+#include <algorithm>
+
 namespace sarnerf {
 namespace {
-
-/// Groups of two slices, the last one of three if their number is odd.
-std::vector<SliceGroup> groups_of(int n_sub_rows) {
-  std::vector<SliceGroup> groups(static_cast<std::size_t>(n_sub_rows));
-  int n_groups = 0;
-  for (int first = 0; first < n_sub_rows; ++n_groups) {
-    const int left = n_sub_rows - first;
-    const int n = left < 4 ? left : 2;
-    // The middle slice, or the two beside the middle in turn.
-    const int chosen = first + n / 2 - (n % 2 == 0 ? n_groups % 2 : 0);
-    groups[static_cast<std::size_t>(chosen)] = {n, first + 0.5 * (n - 1) - chosen};
-    first += n;
-  }
-  return groups;
-}
 
 /// Samples begin, begin + k_step, … of a slice, n_samples in all.
 void copy_samples(const Slice& from, std::size_t begin, int k_step, int n_samples, const SliceGroup& group,
@@ -43,9 +30,17 @@ void copy_samples(const Slice& from, std::size_t begin, int k_step, int n_sample
 
 }  // namespace
 
-NestedLevel nested_level(int k_step, int n_sub_rows) {
-  if (n_sub_rows == 1) return {k_step, {{1, 1.0}}, true};
-  return {k_step, groups_of(n_sub_rows), false};
+void append_groups(int n_slices, std::vector<SliceGroup>& groups) {
+  const std::size_t begin = groups.size();
+  groups.resize(begin + static_cast<std::size_t>(n_slices));
+  int n_pairs = 0;
+  for (int first = 0; first < n_slices;) {
+    const int left = n_slices - first;
+    const int n = left == 4 ? 2 : std::min(left, kCoarser);
+    const int chosen = first + (n == 2 ? n_pairs++ % 2 : n / 2);
+    groups[begin + static_cast<std::size_t>(chosen)] = {n, first + 0.5 * (n - 1) - chosen};
+    first += n;
+  }
 }
 
 void SliceSubset::take(const Slice& slice, int k_step, const SliceGroup& group) {

@@ -33,7 +33,7 @@ constexpr int kLeastRaysAcross = 32;
 constexpr int kLeastSlicesAcross = 128;
 /// Limits of that, for scenes much smaller than a pixel.
 constexpr double kMostRefinedRays = 4096.0, kMostRefinedSlices = 65536.0;
-constexpr Density kSurfaceDensity{0.25, 8, 1, 60e-9};
+constexpr Density kSurfaceDensity{0.25, 9, 1, 60e-9};
 // How far a volume's surface moves from slice to slice is seen by two at least.
 constexpr Density kVoxelDensity{1.0, 2, 2, 1000e-9};
 

@@ -92,6 +92,11 @@ void Slice::resize(int n) {
   for (auto* array : {&bin, &bin_per_ray, &bin_per_slice, &gamma, &cosine}) regrow(*array, size);
 }
 
+void Slice::scale(double weight) {
+  if (weight == 1.0) return;
+  for (std::size_t m = 0; m < static_cast<std::size_t>(n_rays) + 2; ++m) gamma[m] *= static_cast<float>(weight);
+}
+
 void SliceBlock::Rays::resize(int n) {
   const auto size = static_cast<std::size_t>(n);
   if (distance.size() >= size) return;

@@ -31,6 +31,8 @@ struct Slice {
   std::vector<float> cosine;           ///< −n·d on triangles; not set elsewhere
 
   void resize(int n);
+  /// Multiplies γ, which carries how much the slice counts.
+  void scale(double weight);
   int k_of(std::size_t m) const { return first + k_step * (static_cast<int>(m) - 1); }
 };
 

@@ -9,6 +9,7 @@
 #include "layer_row.h"
 #include "nested_images.h"
 #include "reconstruct.h"
+#include "row_slices.h"
 #include "sarnerf/render/engine.h"
 #include "surface_scene.h"
 #include "triangle_section.h"
@@ -22,6 +23,8 @@ struct SurfaceWorker {
   SliceBlock block;
   Slice bare;  ///< meets nothing but the ground
   MediaScratch media;
+  std::vector<RowSlice> slices;    ///< of the row under way
+  std::vector<SliceGroup> groups;  ///< what they stand for in coarser samplings
   std::vector<double> bins, ground_bins;
   std::optional<LayerRow> layers;
   std::uint64_t n_hits = 0;
@@ -49,20 +52,18 @@ class SurfaceView {
   void render_row(int i, SurfaceWorker& w, RenderedView& out, const Monitor& monitor) const;
 
  private:
-  void render_slices(int first_sub, double first_along_m, std::size_t n_slices, SurfaceWorker& w) const;
-  void render_kept(int sub, const RayRange& kept, const RayRange& through_media, Slice& slice,
+  void render_slices(std::size_t first, std::size_t n, SurfaceWorker& w) const;
+  void render_kept(std::size_t s, const RayRange& kept, const RayRange& through_media, Slice& slice,
                    SurfaceWorker& w) const;
-  void render_ground_around(int sub, const RayRange& kept, const Slice& beside, SurfaceWorker& w) const;
-  void deposit(int sub, const Slice& slice, SurfaceWorker& w) const;
-  void deposit_ground_outside(int sub, double gap_first, double gap_last, SurfaceWorker& w) const;
+  void render_ground_around(std::size_t s, const RayRange& kept, const Slice& beside, SurfaceWorker& w) const;
+  void deposit(std::size_t s, const Slice& slice, SurfaceWorker& w) const;
+  void deposit_ground_outside(std::size_t s, double gap_first, double gap_last, SurfaceWorker& w) const;
 
-  /// Calls f(level, its group, the worker's scratch of it) for the levels that a slice of the row is part of.
+  /// Calls f(k_step, group, the worker's scratch) for the coarser samplings that slice s of the row is part of.
   template <class F>
-  void for_nested(int sub, SurfaceWorker& w, F&& f) const {
-    for (std::size_t l = 0; l < w.nested.size(); ++l) {
-      const SliceGroup& group = nested_->level(l).groups[static_cast<std::size_t>(sub)];
-      if (group.n_slices > 0) f(nested_->level(l), group, w.nested[l]);
-    }
+  void for_nested(std::size_t s, SurfaceWorker& w, F&& f) const {
+    if (w.groups[s].n_slices == 0) return;
+    for (std::size_t l = 0; l < w.nested.size(); ++l) f(NestedImages::k_step(l), w.groups[s], w.nested[l]);
   }
 
   const SurfaceScene& scene_;
@@ -76,7 +77,7 @@ class SurfaceView {
   std::optional<VisibleExtent> media_extent_;
   std::optional<LayerView> layers_;
   std::span<const Component> components_;
-  double slice_width_m_;
+  RowSlices row_slices_;
   std::vector<double> beta0_per_mass_;  ///< (r_j Δθ / Δr), averaged over the row's slices
 };
 

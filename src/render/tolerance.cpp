@@ -5,65 +5,68 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "sarnerf/core/error.h"
 
 namespace sarnerf {
 namespace {
 
-/// Errors fall with spacing or slice width to this power: 1.0 to 1.7 over scenes and samplings.
-constexpr double kOrder = 1.2;
-/// The first pilot: of the automatic ray spacing, and slices a row.
-constexpr double kPilotSpacing = 4.0;
-constexpr int kPilotSlices = 2;
-/// Largest step of either direction that the order is trusted for.
-constexpr double kLongestStep = 4.0;
+/// Errors fall with ray spacing or slice width to this power until pilots have measured it, and to no less or
+/// more than these.
+constexpr double kOrder = 1.4, kLeastOrder = 0.9, kMostOrder = 2.0;
+/// The first pilot is so much coarser, in both directions, than what scenes need on average: the automatic
+/// sampling has E = 0.6 % of them.
+constexpr double kPilotCoarser = 3.5, kAutomaticError = 0.006;
+/// A prediction is trusted over this step of either direction; pilots come closer by the other.
+constexpr double kTrustedStep = 5.0, kPilotStep = 3.0;
 /// Predictions aim a little below the tolerance, so that they rarely have to be repeated.
 constexpr double kAim = 0.9;
-constexpr int kMostPilots = 6;
+constexpr int kMostPilots = 8;
 
 /// How much finer either direction should be sampled.
 struct Refinement {
   double rays = 1.0, slices = 1.0;
+  double longest() const { return std::max(rays, slices); }
+  Refinement capped(double most) const { return {std::min(rays, most), std::min(slices, most)}; }
 };
 
-/// Half of the squared error is left to either direction.
-double finer(double error, double tolerance) {
-  return std::pow(std::max(error, 1e-12) * std::numbers::sqrt2 / (kAim * tolerance), 1.0 / kOrder);
+struct Orders {
+  double rays = kOrder, slices = kOrder;
+};
+
+double order(double error_before, double error, double step, double otherwise) {
+  if (!(step > 1.05) || !(error_before > 0.0) || !(error > 0.0)) return otherwise;
+  return std::clamp(std::log(error_before / error) / std::log(step), kLeastOrder, kMostOrder);
 }
 
-Refinement refinement(const ErrorEstimate& error, double tolerance) {
-  if (std::isnan(error.elevation)) {  // not known apart
-    const double both = finer(error.relative / std::numbers::sqrt2, tolerance);
-    return {std::max(1.0, both), std::max(1.0, both)};
-  }
-  Refinement r{finer(error.elevation, tolerance), finer(error.along_track, tolerance)};
-  // What one direction does not use of its share is the other's.
-  const auto rest_for = [&](double other) {
-    const double left = kAim * kAim * tolerance * tolerance - other * other;
-    return std::sqrt(std::max(left, 0.5 * kAim * kAim * tolerance * tolerance));
+/// Half of the squared error is left to either direction, and what one does not use of it to the other.
+Refinement refinement(const ErrorEstimate& error, double tolerance, const Orders& orders) {
+  const double aim = kAim * tolerance, share = aim / std::numbers::sqrt2;
+  const bool apart = !std::isnan(error.elevation);
+  const double rays = apart ? error.elevation : error.relative / std::numbers::sqrt2;
+  const double slices = apart ? error.along_track : error.relative / std::numbers::sqrt2;
+  const auto left_by = [&](double other) { return std::sqrt(aim * aim - std::min(other, share) * std::min(other, share)); };
+  const auto factor = [](double of_error, double allowed, double p) {
+    return std::max(1.0, std::pow(of_error / allowed, 1.0 / p));
   };
-  if (r.rays < 1.0) r.slices = std::pow(error.along_track / rest_for(error.elevation), 1.0 / kOrder);
-  if (r.slices < 1.0) r.rays = std::pow(error.elevation / rest_for(error.along_track), 1.0 / kOrder);
-  return {std::max(1.0, r.rays), std::max(1.0, r.slices)};
+  return {factor(rays, left_by(slices), orders.rays), factor(slices, left_by(rays), orders.slices)};
 }
 
 double spacing_m(const ViewPlan& plan) { return plan.fan.step_rad * plan.acquisition.slant_range_m; }
+
+/// A number of slices whose thirds estimate the error best, if that is not much more than wanted.
+int n_slices(double wanted) {
+  if (wanted <= 2.1) return std::max(1, static_cast<int>(std::lround(wanted)));
+  return 3 * static_cast<int>(std::ceil(wanted / 3.0 - 0.1));
+}
 
 Sampling refined(const ViewPlan& plan, const Refinement& r) {
   Sampling sampling;
   sampling.integrator = plan.integrator;
   sampling.ray_spacing_m = spacing_m(plan) / r.rays;
-  sampling.n_sub_rows = static_cast<int>(std::ceil(plan.n_sub_rows * r.slices - 1e-9));
+  sampling.n_sub_rows = n_slices(plan.n_sub_rows * r.slices);
   return sampling;
-}
-
-/// A plan like another one, sampled differently.
-ViewPlan plan_again(const Engine& engine, const ViewPlan& plan, const Sampling& sampling) {
-  ViewPlan again = engine.plan(plan.acquisition, sampling);
-  request_layers(again, plan.layers);
-  again.error = plan.error;
-  return again;
 }
 
 void require_tolerance(double tolerance) {
@@ -71,35 +74,60 @@ void require_tolerance(double tolerance) {
   throw UsageError("a tolerance must lie between 0 and 1; it is " + std::to_string(tolerance));
 }
 
+/// NaN, the error of a blank image, is no reason to look closer.
+bool meets(const ErrorEstimate& error, double tolerance) { return !(error.relative > tolerance); }
+
+ToleranceStep render_step(const Engine& engine, const ViewPlan& plan, const Monitor& monitor, RenderedView& view) {
+  const auto start = std::chrono::steady_clock::now();
+  view = engine.render(plan, monitor);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  return {plan.fan.n_elevation, plan.n_sub_rows, view.error.relative, elapsed.count()};
+}
+
 }  // namespace
 
 ToleranceChoice choose_sampling(const Engine& engine, const Acquisition& acquisition, double tolerance,
-                                const Monitor& monitor) {
+                                Integrator integrator, const Monitor& monitor) {
   require_tolerance(tolerance);
   ToleranceChoice choice;
-  ViewPlan plan = engine.plan(acquisition, {});
+  choice.sampling.integrator = integrator;
+  ViewPlan plan = engine.plan(acquisition, choice.sampling);
   if (plan.fan.n_elevation == 0) return choice;
-  Sampling sampling;
-  sampling.ray_spacing_m = kPilotSpacing * spacing_m(plan);
-  sampling.n_sub_rows = std::min(kPilotSlices, plan.n_sub_rows);
+  const double finer = std::pow(kAutomaticError / tolerance, 1.0 / kOrder) / kPilotCoarser;
+  choice.sampling.ray_spacing_m = spacing_m(plan) / finer;
+  // A single slice a row says too little about itself.
+  choice.sampling.n_sub_rows = std::max(2, n_slices(plan.n_sub_rows * finer));
+  Orders orders;
+  ErrorEstimate before;
   for (int n = 0; n < kMostPilots; ++n) {
-    plan = engine.plan(acquisition, sampling);
+    plan = engine.plan(acquisition, choice.sampling);
     plan.error.by_direction = true;
-    const auto start = std::chrono::steady_clock::now();
-    const ErrorEstimate error = engine.render(plan, monitor).error;
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    choice.steps.push_back({plan.fan.n_elevation, plan.n_sub_rows, error.relative, seconds});
-    choice.sampling = sampling;
-    choice.expected_s = seconds;
-    // A blank image has no error, and cannot be mended by more rays.
-    if (!(error.relative > tolerance)) return choice;
-    const Refinement wanted = refinement(error, tolerance);
-    const bool trusted = std::max(wanted.rays, wanted.slices) <= kLongestStep;
-    const Refinement next{std::min(wanted.rays, kLongestStep), std::min(wanted.slices, kLongestStep)};
-    sampling = refined(plan, next);
-    choice.sampling = sampling;
-    choice.expected_s = seconds * next.rays * next.slices;
+    RenderedView view;
+    const ToleranceStep step = render_step(engine, plan, monitor, view);
+    const ErrorEstimate& error = view.error;
+    if (!choice.steps.empty()) {
+      const ToleranceStep& last = choice.steps.back();
+      orders.rays = order(before.elevation, error.elevation, double(step.n_elevation) / last.n_elevation,
+                          orders.rays);
+      // Rows of one slice are compared with their neighbours, which measures no order.
+      if (last.n_sub_rows > 1) {
+        orders.slices = order(before.along_track, error.along_track,
+                              double(step.n_sub_rows) / last.n_sub_rows, orders.slices);
+      }
+    }
+    choice.steps.push_back(step);
+    choice.expected_s = step.seconds;
+    if (meets(error, tolerance)) {
+      choice.met = TolerantView{std::move(view), std::move(plan), true, {step}};
+      return choice;
+    }
+    const Refinement wanted = refinement(error, tolerance, orders);
+    const bool trusted = wanted.longest() <= kTrustedStep;
+    const Refinement next = wanted.capped(trusted ? kTrustedStep : kPilotStep);
+    choice.sampling = refined(plan, next);
+    choice.expected_s = step.seconds * next.rays * next.slices;
     if (trusted) return choice;
+    before = std::move(view.error);
   }
   return choice;
 }
@@ -109,20 +137,19 @@ TolerantView render_to_tolerance(const Engine& engine, const ViewPlan& plan, dou
   require_tolerance(tolerance);
   TolerantView out;
   out.plan = plan;
-  out.plan.error.estimate = out.plan.error.by_direction = true;
-  for (out.n_attempts = 1;; ++out.n_attempts) {
-    out.view = engine.render(out.plan, monitor);
+  out.plan.error.estimate = true;
+  for (;;) {
+    out.steps.push_back(render_step(engine, out.plan, monitor, out.view));
     const ErrorEstimate& error = out.view.error;
-    out.met = !(error.relative > tolerance);
-    if (out.met || out.n_attempts == kMostAttempts) return out;
-    Refinement r = refinement(error, tolerance);
-    // The last step was short of what it should have been: never again by so little that it would not count.
-    constexpr double kLeastStep = 1.1;
-    if (r.rays < kLeastStep && r.slices < kLeastStep) {
-      (error.elevation > error.along_track ? r.rays : r.slices) = 1.25;
-    }
-    r = {std::min(r.rays, kLongestStep), std::min(r.slices, kLongestStep)};
-    out.plan = plan_again(engine, out.plan, refined(out.plan, r));
+    out.met = meets(error, tolerance);
+    if (out.met || out.steps.size() == kMostAttempts) return out;
+    // At least so much finer that it counts.
+    Refinement r = refinement(error, tolerance, {}).capped(kTrustedStep);
+    r = {std::max(r.rays, 1.1), std::max(r.slices, 1.1)};
+    ViewPlan again = engine.plan(plan.acquisition, refined(out.plan, r));
+    request_layers(again, plan.layers);
+    again.error = out.plan.error;
+    out.plan = std::move(again);
   }
 }
 

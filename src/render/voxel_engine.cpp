@@ -74,7 +74,7 @@ ErrorEstimate estimate(const VoxelScene& coarser, bool of_voxels, const ViewPlan
   render_rows(coarser, coarse, row_step, rendered, monitor);
   const double scale = of_voxels ? kErrorsPerVoxelDifference : kErrorsPerRayDifference;
   ErrorEstimate error;
-  error.relative = scale * relative_difference(rows_of(image, row_step), rows_of(rendered.beta0, row_step), 0);
+  error.relative = scale * relative_difference(rows_of(image, row_step), rows_of(rendered.beta0, row_step));
   if (plan.error.map) error.map = error_map(image, rendered.beta0, 0, scale);
   return error;
 }

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "row_slices.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sarnerf {
+namespace {
+
+/// Rows with more corners than slices, and than this, are cut equally: their errors even out.
+constexpr std::ptrdiff_t kAlwaysCut = 4;
+/// Corners closer than this part of a slice count as one.
+constexpr double kSameCorner = 1e-3;
+
+}  // namespace
+
+RowSlices::RowSlices(const Acquisition& acquisition, int n_sub_rows, std::span<const glm::vec3> vertices_m,
+                     const glm::dvec3& origin_from_aim_m)
+    : acquisition_(acquisition), n_sub_rows_(n_sub_rows) {
+  // Rows of one slice are compared with their neighbours, which must have the same.
+  if (n_sub_rows == 1) return;
+  const double n_slices = double(acquisition.n_azimuth) * n_sub_rows;
+  if (double(vertices_m.size()) > n_slices) return;
+  const glm::dvec3 h = radar_frame(acquisition).h;
+  const double same_m = kSameCorner * acquisition.azimuth_spacing_m / n_sub_rows;
+  for (const glm::vec3& v : vertices_m) corners_m_.push_back(glm::dot(glm::dvec3(v) + origin_from_aim_m, h));
+  std::sort(corners_m_.begin(), corners_m_.end());
+  const auto same = [&](double a, double b) { return b - a < same_m; };
+  corners_m_.erase(std::unique(corners_m_.begin(), corners_m_.end(), same), corners_m_.end());
+}
+
+void RowSlices::row(int i, std::vector<RowSlice>& slices, std::vector<SliceGroup>& groups) const {
+  slices.clear();
+  groups.clear();
+  const double row_m = acquisition_.azimuth_spacing_m, equal_m = row_m / n_sub_rows_;
+  const double begin_m = acquisition_.row_offset_m(i - 0.5);
+  const auto cut = [&](double from_m, double length_m, int n) {
+    const double width_m = length_m / n;
+    for (int s = 0; s < n; ++s) slices.push_back({from_m + (s + 0.5) * width_m, width_m, width_m / equal_m});
+    append_groups(n, groups);
+  };
+  const double least_m = kSameCorner * equal_m;
+  const auto first = std::lower_bound(corners_m_.begin(), corners_m_.end(), begin_m + least_m);
+  const auto last = std::lower_bound(first, corners_m_.end(), begin_m + row_m - least_m);
+  if (first == last || last - first > std::max<std::ptrdiff_t>(kAlwaysCut, n_sub_rows_)) {
+    for (int s = 0; s < n_sub_rows_; ++s) slices.push_back({begin_m + (s + 0.5) * equal_m, equal_m, 1.0});
+    append_groups(n_sub_rows_, groups);
+    return;
+  }
+  double from_m = begin_m;
+  for (auto corner = first;; ++corner) {
+    const double to_m = corner == last ? begin_m + row_m : *corner;
+    cut(from_m, to_m - from_m, std::max(1, static_cast<int>(std::lround((to_m - from_m) / equal_m))));
+    if (corner == last) return;
+    from_m = to_m;
+  }
+}
+
+}  // namespace sarnerf
