@@ -10,10 +10,10 @@ namespace sarnerf {
 namespace {
 
 /// Largest departure from a straight line between range and angle (bins).
-constexpr double kBinTolerance = 1e-6;
+constexpr double kBinTolerance = 4e-7;
 /// Largest relative change of γ in a part, times the bins that it spans: what a uniform part puts into the wrong
 /// one of two bins is an eighth of that, in units of a bin's power.
-constexpr double kGammaTolerance = 8e-6;
+constexpr double kGammaTolerance = 4e-6;
 /// Parts this narrow (m) across the rays are not divided: what is so narrow and still bent is seen edge-on.
 constexpr double kNarrowest_m = 1e-6;
 /// As for the surface engine: a face seen exactly edge-on has no finite slope, and no area either.

@@ -28,7 +28,7 @@ FaceLook look_of_face(const Scene& scene, std::uint32_t triangle, const RadarFra
 FaceLook look_of_ground(const Scene& scene, const RadarFrame& frame);
 
 /// Spreads what visible pieces of faces scatter over one row's range bins: γ dδ, divided where the checker's
-/// squares meet, then until range and γ are straight to a millionth of a bin.
+/// squares meet, then until range and γ are so straight that no bin is wrong by a millionth.
 class PieceDeposit {
  public:
   /// `width_m`: of a slice along track, over which the range of a face at one ray angle moves as its plane says.

@@ -8,10 +8,12 @@
 namespace sarnerf {
 namespace {
 
-/// Rays through media are at most this far apart: a part of a pixel, across the rays and, where faces are steep,
-/// in range.
-constexpr double kPartOfPixel = 1.0 / 32.0;
-constexpr double kMostParts = 4096.0;
+/// Rays through media: so many to a pixel, across the rays and, where faces are steep, in range.
+constexpr double kRaysPerPixel = 32.0;
+/// A medium that stops more than a third of the power within a bin answers at its surface, all in one bin a ray.
+constexpr double kRaysPerPixelIfDense = 256.0;
+constexpr double kDenseDepth = 0.4;
+constexpr double kMostParts = 65536.0;
 
 }  // namespace
 
@@ -51,10 +53,14 @@ void SliceMedia::advance(double first) {
 
 int SliceMedia::n_parts(double first, double last) const {
   double pixels = SliceFrame::angle_between(first, last) / pixel_rad_;
+  double densest_per_m = 0.0;
   for (const std::uint32_t n : active_) {
+    const Material& medium = *faces_[n].medium;
+    densest_per_m = std::max(densest_per_m, medium.extinction_per_m + medium.extinction_back_per_m);
     pixels = std::max(pixels, std::abs(frame_.bin_at(lines_[n], last) - frame_.bin_at(lines_[n], first)));
   }
-  return static_cast<int>(std::clamp(std::ceil(pixels / kPartOfPixel), 1.0, kMostParts));
+  const double rays = densest_per_m * spacing_m_ > kDenseDepth ? kRaysPerPixelIfDense : kRaysPerPixel;
+  return static_cast<int>(std::clamp(std::ceil(pixels * rays), 1.0, kMostParts));
 }
 
 double SliceMedia::integrate(double tangent, double end, double weight, std::span<double> bins) {
