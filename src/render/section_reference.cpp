@@ -27,6 +27,8 @@ Parts parts_of(const Scene& scene) {
   return parts;
 }
 
+constexpr std::uint32_t kNoFace = 0xffffffffu;
+
 /// What rows share.
 struct SectionView {
   SectionView(const Scene& s, const Acquisition& a, int n_slices_per_row)
@@ -92,10 +94,14 @@ class RowSections {
     }
     v_.media.cut(i, along_m, media_lines_);
     media_.begin_slice(media_lines_);
+    FaceLook look;
+    std::uint32_t face = kNoFace;  // behind media a face comes in many parts
     media_.run(pieces_, lines_, bins_, [&](std::uint32_t n, double first, double last, double weight) {
       const SliceLine& line = lines_[n];
-      const FaceLook look =
-          line.face == kGroundFace ? v_.ground_look : look_of_face(v_.scene, line.face, v_.frame.radar);
+      if (line.face != face) {
+        face = line.face;
+        look = face == kGroundFace ? v_.ground_look : look_of_face(v_.scene, face, v_.frame.radar);
+      }
       deposit_.add(look, line, along_m, first, last, weight);
     });
   }

@@ -18,12 +18,14 @@ namespace sarnerf {
 ///     β⁰_ij = (r_j / Δr) · mean over slices of ∫ γ dδ over the angles whose range lies in bin j
 ///
 /// (printed eq. 24 in the limit of infinitely many elevation rays; docs/equations.md, E1 for media, E3 for γ.)
-/// The number of slices is the only sampling there is for opaque matter. Translucent solids are integrated ray by
-/// ray, 32 rays to a pixel or more. Ground, thin shells and textures as in the surface engine; checkers with more
-/// than 20,000 squares across a face in a slice count as their mean.
+/// The number of slices is the only sampling that opaque matter knows: elevation is exact to a millionth of a bin's
+/// power, and what outlines and textures lose between slices falls as 1/n or faster (compare n with 2n). An engine
+/// with as many slices has them in the same places. Translucent solids are integrated ray by ray, 32 rays to a pixel
+/// or more. Ground, thin shells and textures as in the surface engine; checkers with more than 20,000 squares across
+/// a face in a slice count as their mean.
 ///
-/// Throws UsageError for less than one slice, GeometryError for an impossible view. Cost: about as many
-/// sections as triangles that a row's slices cross, a few µs each; media cost as much again for each ray.
+/// Throws UsageError for less than one slice, GeometryError for an impossible view. Cost: 128 slices for each of
+/// 128 rows take a box 0.2 s, a mesh of 70,000 triangles 1 s, on two threads; media some seconds.
 Image<float> section_reference(const Scene& scene, const Acquisition& view, int n_slices_per_row,
                                const Monitor& monitor = {});
 
