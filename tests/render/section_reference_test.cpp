@@ -188,6 +188,19 @@ TEST_CASE("reference: solids through each other look like their union", "[refere
   }
 }
 
+TEST_CASE("reference: a slice stands for its width", "[reference]") {
+  // Planes whose range moves along track while their outlines stay at one ray angle: one slice is as good as many.
+  const Acquisition view = view_of(45.0, 1e5, 8, 128);
+  const RadarFrame frame = radar_frame(view);
+  for (const double turn : {-0.8, 0.3, 0.8}) {
+    INFO("turned by " << turn);
+    Scene scene = empty_scene(matte(1.0));
+    const glm::dvec3 along = std::cos(turn) * frame.h + std::sin(turn) * frame.k;
+    add_sheet(scene, -30.0 * along - 2.5 * frame.v, 60.0 * along, 5.0 * frame.v + 2.0 * frame.k);
+    CHECK(relative_l2(section_reference(scene, view, 1), section_reference(scene, view, 128)) < 1e-5);
+  }
+}
+
 TEST_CASE("reference: looking left reverses the rows", "[reference]") {
   Scene scene = empty_scene(checkered(1.0));
   scene.ground = Ground{0, 0.0};
