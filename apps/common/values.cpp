@@ -65,6 +65,16 @@ double parse_between(std::string_view option, std::string_view text, double leas
   fail(option, limits, text);
 }
 
+double parse_part(std::string_view option, std::string_view text, double least, double most) {
+  const bool percent = !text.empty() && text.back() == '%';
+  const double value = parse_number(option, percent ? text.substr(0, text.size() - 1) : text) * (percent ? 0.01 : 1.0);
+  if (value >= least && value <= most) return value;
+  char expected[160];
+  std::snprintf(expected, sizeof expected, ": expected %.10g%% to %.10g%% (or %.10g to %.10g), found ", 100.0 * least,
+                100.0 * most, least, most);
+  throw UsageError(std::string(option) + expected + std::string(text));
+}
+
 std::int64_t parse_whole(std::string_view option, std::string_view text, std::int64_t least,
                          std::int64_t most) {
   std::int64_t value = 0;

@@ -22,6 +22,9 @@ double parse_positive(std::string_view option, std::string_view text);
 /// A number between two limits, both allowed.
 double parse_between(std::string_view option, std::string_view text, double least, double most);
 
+/// A part of one: "0.01" or "1%", between two limits, both allowed.
+double parse_part(std::string_view option, std::string_view text, double least, double most);
+
 /// A whole number from `least` to `most`.
 std::int64_t parse_whole(std::string_view option, std::string_view text, std::int64_t least,
                          std::int64_t most);

@@ -43,8 +43,13 @@ double choose_voxel_size_m(const Options& options, const Scene& scene, std::vect
   return size_m;
 }
 
-Volume voxels_of(const Options& options, const Scene& scene, BuiltEngine& built, Console& console,
-                 const Monitor& monitor) {
+/// The voxels, and others of twice the size, from which views estimate what voxels cost in accuracy.
+struct VoxelLevels {
+  Volume fine, coarse;
+};
+
+VoxelLevels voxels_of(const Options& options, const Scene& scene, BuiltEngine& built, Console& console,
+                      const Monitor& monitor) {
   const Stopwatch watch;
   VoxeliseOptions voxelising;
   voxelising.voxel_size_m = choose_voxel_size_m(options, scene, built.notes);
@@ -55,9 +60,11 @@ Volume voxels_of(const Options& options, const Scene& scene, BuiltEngine& built,
     write_vdb(voxels, options.save_volume);
     console.note("the voxels are in " + options.save_volume.string());
   }
-  Volume volume = to_volume(voxels, memory_for_volume(options.shared.max_memory_bytes));
+  VoxelLevels levels{to_volume(voxels, voxelising.max_memory_bytes), {}};
+  voxelising.voxel_size_m *= 2.0;
+  levels.coarse = to_volume(voxelise(scene, voxelising), voxelising.max_memory_bytes);
   built.voxelise_s = watch.seconds();
-  return volume;
+  return levels;
 }
 
 }  // namespace
@@ -96,10 +103,15 @@ BuiltEngine build_engine(const Options& options, const Scene& scene, std::option
     built.engine = std::make_unique<const SurfaceEngine>(scene);
     return built;
   }
-  if (!volume) volume = voxels_of(options, scene, built, console, monitor);
+  std::optional<Volume> coarse;
+  if (!volume) {
+    VoxelLevels levels = voxels_of(options, scene, built, console, monitor);
+    volume = std::move(levels.fine);
+    coarse = std::move(levels.coarse);
+  }
   built.n_voxels = volume->n_occupied_voxels;
   built.voxel_size_m = volume->grid.transform().voxel_size_m;
-  built.engine = std::make_unique<const VoxelEngine>(scene, std::move(*volume));
+  built.engine = std::make_unique<const VoxelEngine>(scene, std::move(*volume), std::move(coarse));
   return built;
 }
 

@@ -123,6 +123,26 @@ void make_plans(Job& job, const Monitor& monitor) {
   });
 }
 
+/// Finds the sampling that --error needs, on the first view; every view checks it for itself.
+void meet_tolerance(Job& job, const Monitor& monitor) {
+  Options& o = job.options;
+  const Acquisition first = widened(acquisition_of(job.views.front(), job.aim_m), job.border);
+  validate(first);
+  job.tolerance = choose_sampling(*job.built.engine, first, *o.tolerance, o.sampling.integrator, monitor);
+  char text[160];
+  std::string pilots;
+  for (const ToleranceStep& step : job.tolerance->steps) {
+    std::snprintf(text, sizeof text, "%s%d rays x %d slices a row had %.2g %%", pilots.empty() ? "" : ", ",
+                  step.n_elevation, step.n_sub_rows, 100.0 * step.estimate);
+    pilots += text;
+  }
+  if (pilots.empty()) return;
+  o.sampling = job.tolerance->sampling;
+  std::snprintf(text, sizeof text, "%d slices a row for an error of %.3g %% or less: pilot of ", o.sampling.n_sub_rows,
+                100.0 * *o.tolerance);
+  job.built.notes.push_back(text + pilots + " (--error)");
+}
+
 /// 0:360:10 ends where it began: an image made twice, and in a split perhaps once on each side.
 void warn_about_repeated_azimuths(const Options& o, Console& console) {
   std::vector<std::pair<double, double>> turned;  // within one turn, as given
@@ -178,6 +198,7 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   for (const std::string& warning : job.built.engine->warnings()) console.warning(warning);
 
   const Stopwatch planning;
+  if (options.tolerance) meet_tolerance(job, monitor);
   make_plans(job, monitor);
   job.times.plan_s = planning.seconds();
   decide_views_at_once(job);

@@ -13,6 +13,7 @@
 #include "sarnerf/core/monitor.h"
 #include "sarnerf/dataset/manifest.h"
 #include "sarnerf/render/engine.h"
+#include "sarnerf/render/tolerance.h"
 #include "sarnerf/scene/scene.h"
 #include "stopwatch.h"
 
@@ -27,6 +28,7 @@ struct Job {
   double reference_height_m = 0.0;  ///< of the plane that calibration refers to
   std::string framing;              ///< how the size was chosen; empty when it was given
   std::vector<DatasetView> views;   ///< image names still empty
+  std::optional<ToleranceChoice> tolerance;  ///< what --error led to
   std::vector<ViewPlan> plans;      ///< one per view, each of an image wider by `border` on every side
   Border border;                    ///< zero unless there is an impulse response
   std::uint64_t memory_bytes = 0;   ///< expected at the peak

@@ -79,7 +79,8 @@ const ViewPlan& largest_plan(const Job& job) {
 /// While the engine is built; voxels exist as grids and as bricks then.
 std::uint64_t building_bytes(const Job& job) {
   const std::uint64_t engine = job.built.voxel && !job.options.volume()
-                                   ? expected_voxel_memory_bytes(*job.scene, job.built.voxel_size_m)
+                                   ? expected_voxel_memory_bytes(*job.scene, job.built.voxel_size_m) +
+                                         expected_voxel_memory_bytes(*job.scene, 2.0 * job.built.voxel_size_m)
                                    : expected_engine_memory_bytes(job.scene->mesh.triangles.size());
   return kProgramBytes + scene_bytes(*job.scene) + engine;
 }

@@ -28,6 +28,9 @@ constexpr const char* kExamples =
 /// Limits of altitude and slant range: beyond the moon's orbit, or on a laboratory's table, nothing is a SAR.
 constexpr double kNearestRadar_m = 1e-3, kFarthestRadar_m = 1e9;
 
+/// Tolerances of --error: below the least, single precision and the deposit's own tolerance show.
+constexpr double kLeastTolerance = 0.001, kMostTolerance = 0.2;
+
 /// The texts of all options, as given.
 struct Texts {
   std::string scene;
@@ -35,7 +38,7 @@ struct Texts {
   std::string size = "auto", spacing = "0.3", calibration = "beta0", quantity = "power";
   std::string units = "m", scale = "1", up = "y", materials, ground, ground_height = "auto";
   std::string resolution, window = "none", looks = "inf", nesz = "none", seed = "1";
-  std::string engine = "auto", voxel_size = "auto", extinction_per_density = "1", save_volume, elevations = "auto", sub_rows = "auto", integrator = "exact";
+  std::string engine = "auto", voxel_size = "auto", extinction_per_density = "1", save_volume, error, elevations = "auto", sub_rows = "auto", integrator = "exact";
   std::string layers = "none", output;
   bool overwrite = false, explain = false, dry_run = false;
 };
@@ -98,6 +101,7 @@ void add_options(CommandLine& command, Texts& t) {
   add("--extinction-per-density", t.extinction_per_density, "1/M",
       "Of fog volumes (.vdb) made by other tools");
   add("--save-volume", t.save_volume, "FILE", "Write the voxels to FILE (.vdb)");
+  add("--error", t.error, "E", "Sample just as finely as this needs: 1% or 0.01 of the image's norm, by its own estimate");
   add("--elevations", t.elevations, "N|auto", "Elevation rays; auto: from the spacing");
   add("--sub-rows", t.sub_rows, "N|auto", "Slices per azimuth row");
   add("--integrator", t.integrator, "NAME",
@@ -106,7 +110,7 @@ void add_options(CommandLine& command, Texts& t) {
 
   group = "Output";
   add("--layers", t.layers, "LIST|all|none",
-      "Beside the image: ground, wall, roof, other, mask, incidence, elevation, scatterers");
+      "Beside the image: ground, wall, roof, other, mask, incidence, elevation, scatterers, error");
   add("-o,--output", t.output, "NAME", "File name without ending, or folder; default SCENE_sar");
   p.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same")
       ->group(group);
@@ -238,6 +242,16 @@ Options resolve(const Texts& t, const CommandLine& command, bool altitude_given)
   o.sampling.n_sub_rows = count_or_auto("--sub-rows", t.sub_rows);
   o.sampling.integrator = integrator_from_name(t.integrator);
 
+  if (!t.error.empty()) {
+    o.tolerance = parse_part("--error", t.error, kLeastTolerance, kMostTolerance);
+    if (o.sampling.n_elevation > 0 || o.sampling.n_sub_rows > 0) {
+      throw UsageError("--error chooses --elevations and --sub-rows itself; leave them out");
+    }
+    if (!o.volume() && (o.engine == EngineChoice::voxel || o.voxel_size_m || !o.save_volume.empty())) {
+      throw UsageError("--error chooses rays and slices, but voxels made from a mesh have an error of their own; leave out "
+                       "--engine voxel, --voxel-size and --save-volume: the surface engine meets any tolerance sooner");
+    }
+  }
   o.layers = layers_from_text(t.layers);
   o.output = t.output;
   o.overwrite = t.overwrite;

@@ -52,6 +52,7 @@ struct Options {
   double extinction_per_density = 1.0;  ///< of fog volumes made elsewhere (1/m)
   std::filesystem::path save_volume;    ///< empty: the voxels are not kept
   Sampling sampling;
+  std::optional<double> tolerance;  ///< E that every view should meet, by its own estimate
   LayerSet layers;  ///< beside the image
 
   std::string output;  ///< empty: named after the scene

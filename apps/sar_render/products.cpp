@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "formation.h"
 #include "sarnerf/core/error.h"
@@ -31,24 +32,42 @@ void prepare_layers(Layers& layers, const Job& job, const Acquisition& acquisiti
     const auto layer = static_cast<Layer>(n);
     if (layer == Layer::mask || !layers.set.has(layer)) continue;
     layers.values(layer) = without_border(std::move(layers.values(layer)), job.border);
-    if (n < kNumberOfComponents) {
+    if (n < kNumberOfComponents || layer == Layer::error) {
       calibrate(layers.values(layer), acquisition, job.reference_height_m, job.options.calibration);
     }
   }
   if (layers.set.has(Layer::mask)) layers.mask = without_border(std::move(layers.mask), job.border);
 }
 
+/// Renders view n, to the tolerance if there is one.
+TolerantView render(const Job& job, std::size_t n, const Monitor& monitor) {
+  const ViewPlan& plan = job.plans[n];
+  if (!job.options.tolerance) return {job.built.engine->render(plan, monitor), plan, true, {}};
+  // The pilot of the first view may have been good enough; it has no layers.
+  if (n == 0 && job.tolerance->met && plan.layers.layers.empty()) return *job.tolerance->met;
+  return render_to_tolerance(*job.built.engine, plan, *job.options.tolerance, monitor);
+}
+
 }  // namespace
 
 Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
-  const ViewPlan& plan = job.plans[n];
-  RenderedView rendered = job.built.engine->render(plan, monitor);
+  TolerantView tolerant = render(job, n, monitor);
+  const ViewPlan& plan = tolerant.plan;
+  RenderedView& rendered = tolerant.view;
   monitor.check();
   Products products;
+  products.sampling = {plan.fan.n_elevation, plan.n_sub_rows, std::max<std::size_t>(1, tolerant.steps.size()),
+                       rendered.error.relative};
   products.n_hits = rendered.n_hits;
   products.trace_and_deposit_s = rendered.trace_and_deposit_s;
   products.warnings = std::move(rendered.warnings);
   const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
+  if (!tolerant.met) {
+    char text[160];
+    std::snprintf(text, sizeof text, "the error is about %.2g %% after %zu renders, above the %.2g %% of --error",
+                  100.0 * rendered.error.relative, tolerant.steps.size(), 100.0 * *job.options.tolerance);
+    products.warnings.push_back(text);
+  }
   // A blank image's explanation speaks of the swath already.
   const std::string outside = outside_swath_warning(*job.scene, acquisition);
   const bool said = std::any_of(products.warnings.begin(), products.warnings.end(), [&](const std::string& w) {

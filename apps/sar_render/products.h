@@ -12,6 +12,13 @@
 
 namespace sarnerf::app {
 
+/// How a view was sampled, and what error it says that it has.
+struct ViewSampling {
+  int n_elevation = 0, n_sub_rows = 0;
+  std::size_t n_renders = 1;
+  double error = ErrorEstimate::kUnknown;  ///< E of the mean image, before speckle and noise
+};
+
 /// What one rendered view becomes, ready to be written.
 struct Products {
   Image<float> image;           ///< of the calibration and quantity asked for
@@ -19,6 +26,7 @@ struct Products {
   Layers layers;                ///< those asked for, calibrated, linear power
   Image<float> mean_image;      ///< that they add up to; empty without layers
   std::uint64_t n_hits = 0;
+  ViewSampling sampling;        ///< as rendered, which --error may have made finer than planned
   double trace_and_deposit_s = 0.0;
   double formation_s = 0.0;
   double encode_s = 0.0;

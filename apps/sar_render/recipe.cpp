@@ -104,6 +104,7 @@ Json request_of(const Options& o) {
                       {"elevations", count_or_auto(o.sampling.n_elevation)},
                       {"sub_rows", count_or_auto(o.sampling.n_sub_rows)},
                       {"integrator", name(o.sampling.integrator)}};
+  if (o.tolerance) j["computation"]["error"] = *o.tolerance;
   return valid_text(j);
 }
 

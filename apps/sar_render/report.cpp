@@ -3,6 +3,8 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -19,6 +21,29 @@ std::uint64_t peak_memory_bytes() {
 }
 
 }  // namespace
+
+void add(const Products& products, RunFigures& figures) {
+  ++figures.n_rendered;
+  figures.n_hits += products.n_hits;
+  if (!std::isnan(products.sampling.error)) figures.errors.push_back(products.sampling.error);
+  figures.n_repeated += products.sampling.n_renders - 1;
+  figures.trace_and_deposit_s += products.trace_and_deposit_s;
+  figures.formation_s += products.formation_s;
+  figures.encode_s += products.encode_s;
+}
+
+std::string error_line(const RunFigures& figures) {
+  if (figures.errors.empty()) return "";
+  const auto [least, most] = std::minmax_element(figures.errors.begin(), figures.errors.end());
+  char text[160];
+  if (figures.errors.size() == 1) {
+    std::snprintf(text, sizeof text, "error about %.2g %% of the image's norm, by its own estimate", 100.0 * *most);
+  } else {
+    std::snprintf(text, sizeof text, "error about %.2g to %.2g %% of the images' norms, by their own estimates",
+                  100.0 * *least, 100.0 * *most);
+  }
+  return text;
+}
 
 std::string summary(const RunFigures& figures) {
   char text[240];
@@ -46,6 +71,18 @@ std::string report_text(const Job& job, const RunFigures& figures) {
     j["voxels"] = {{"size_m", job.built.voxel_size_m}, {"occupied", job.built.n_voxels}};
   }
   j["rays"] = {{"grid", n_grid}, {"kept", n_kept}, {"hits", figures.n_hits}};
+  if (!figures.errors.empty()) {
+    std::vector<double> errors = figures.errors;
+    std::sort(errors.begin(), errors.end());
+    j["error_estimate"] = {{"least", errors.front()},
+                           {"median", errors[errors.size() / 2]},
+                           {"most", errors.back()},
+                           {"is", "norm of the image's error over its norm, before speckle and noise"}};
+    if (job.options.tolerance) {
+      j["error_estimate"]["asked"] = *job.options.tolerance;
+      j["error_estimate"]["renders_repeated"] = figures.n_repeated;
+    }
+  }
   j["seconds"] = {{"read", job.scene->report.read_s},
                   {"repair", job.scene->report.repair_s},
                   {"load", job.times.load_s},

@@ -114,10 +114,7 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   files.add(paths.png, picture);
   for (const LayerFile& layer : layers) files.add(paths.layer(layer.ending), layer.bytes);
   RunFigures figures;
-  figures.n_rendered = 1;
-  figures.n_hits = products.n_hits;
-  figures.trace_and_deposit_s = products.trace_and_deposit_s;
-  figures.formation_s = products.formation_s;
+  add(products, figures);
   figures.encode_s = encode_s;
   figures.write_s = writing.seconds();
   figures.total_s = total.seconds();
@@ -127,6 +124,7 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   // An old recipe must not vouch for new images, should the machine stop between the renames.
   std::filesystem::remove(paths.recipe);
   files.commit();
+  if (const std::string line = error_line(figures); !line.empty()) console.note(line);
   console.detail(summary(figures));
   return result;
 }

@@ -129,7 +129,8 @@ std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, C
   console.detail(summary(figures));
   write_file_atomically(folder.report(), report_text(job, figures), Durability::process);
   write_file_atomically(folder.manifest(), manifest());
-  console.note("finished: " + std::to_string(n_views) + " views");
+  const std::string error = error_line(figures);
+  console.note("finished: " + std::to_string(n_views) + " views" + (error.empty() ? "" : "; " + error));
   return result;
 }
 

@@ -100,11 +100,7 @@ void SweepRun::write(std::size_t view, Products products, const Monitor& monitor
   for (const std::string& text : products.warnings) warnings_.add(job_.views[view], view, text);
   const std::scoped_lock lock(mutex_);
   finished_[view] = 1;
-  ++figures_.n_rendered;
-  figures_.n_hits += products.n_hits;
-  figures_.trace_and_deposit_s += products.trace_and_deposit_s;
-  figures_.formation_s += products.formation_s;
-  figures_.encode_s += products.encode_s;
+  sarnerf::app::add(products, figures_);
   figures_.write_s += write_s;
   monitor.report("views", figures_.n_rendered, n_open_);
 }

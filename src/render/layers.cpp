@@ -9,7 +9,7 @@ namespace sarnerf {
 namespace {
 
 constexpr std::array<std::string_view, kNumberOfLayers> kNames{
-    "ground", "wall", "roof", "other", "mask", "incidence", "elevation", "scatterers"};
+    "ground", "wall", "roof", "other", "mask", "incidence", "elevation", "scatterers", "error"};
 
 Layer layer_from_name(std::string_view word) {
   std::string known;
@@ -60,6 +60,8 @@ const Image<float>& Layers::values(Layer layer) const {
       return elevation_m;
     case Layer::scatterers:
       return scatterers;
+    case Layer::error:
+      return error;
     case Layer::mask:
       throw UsageError("the mask is no layer of float values");
     default:

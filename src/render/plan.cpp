@@ -291,6 +291,7 @@ ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisi
 
 void request_layers(ViewPlan& plan, const LayerRequest& request) {
   plan.layers = request;
+  plan.error.map = request.layers.has(Layer::error);
   if (request.layers.empty()) {
     plan.left_out.push_back("layers: not asked for");
     return;

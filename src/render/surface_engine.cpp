@@ -77,6 +77,7 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
 
   for (const SurfaceWorker& w : workers) out.n_hits += w.n_hits;
   if (nested) out.error = nested->estimate(out.beta0);
+  if (plan.error.map) out.layers.error = std::move(out.error.map);
   out.trace_and_deposit_s = seconds_since(start);
   if (std::none_of(out.beta0.pixels().begin(), out.beta0.pixels().end(), [](float p) { return p > 0.0f; })) {
     out.warnings.push_back(explain_blank(state_->scene.scene, plan, BlankEvidence{out.n_hits}));

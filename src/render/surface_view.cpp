@@ -27,7 +27,7 @@ SurfaceView::SurfaceView(const SurfaceScene& scene, const ViewPlan& plan, Nested
       row_slices_(plan.acquisition, plan.n_sub_rows, scene.opaque.vertices_m, scene.origin_m - plan.acquisition.aim_m) {
   const Acquisition& a = plan.acquisition;
   if (!scene.media.empty()) media_extent_.emplace(a, scene.media.box_m());
-  if (!plan.layers.layers.empty()) {
+  if (!plan.layers.layers.without(Layer::error).empty()) {
     layers_.emplace(a, plan.fan, plan.layers.reference_height_m);
     components_ = scene.components();
   }

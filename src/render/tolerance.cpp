@@ -15,13 +15,16 @@ namespace {
 /// Errors fall with ray spacing or slice width to this power until pilots have measured it, and to no less or
 /// more than these.
 constexpr double kOrder = 1.4, kLeastOrder = 0.9, kMostOrder = 2.0;
-/// The first pilot is so much coarser, in both directions, than what scenes need on average: the automatic
-/// sampling has E = 0.6 % of them.
-constexpr double kPilotCoarser = 3.5, kAutomaticError = 0.006;
+/// The first pilot is so much coarser, in both directions, than what scenes need on average, whose automatic
+/// sampling has E = 0.6 %. Less so where the tolerance is coarse itself: hardly converged images say little.
+constexpr double kAutomaticError = 0.006;
+double pilot_coarser(double tolerance) { return std::clamp(3.5 * std::pow(0.01 / tolerance, 0.35), 2.0, 3.5); }
 /// A prediction is trusted over this step of either direction; pilots come closer by the other.
 constexpr double kTrustedStep = 5.0, kPilotStep = 3.0;
 /// Predictions aim a little below the tolerance, so that they rarely have to be repeated.
 constexpr double kAim = 0.9;
+/// What missed the tolerance comes again at least so much finer.
+constexpr double kLeastStep = 1.25;
 constexpr int kMostPilots = 8;
 
 /// How much finer either direction should be sampled.
@@ -93,7 +96,7 @@ ToleranceChoice choose_sampling(const Engine& engine, const Acquisition& acquisi
   choice.sampling.integrator = integrator;
   ViewPlan plan = engine.plan(acquisition, choice.sampling);
   if (plan.fan.n_elevation == 0) return choice;
-  const double finer = std::pow(kAutomaticError / tolerance, 1.0 / kOrder) / kPilotCoarser;
+  const double finer = std::pow(kAutomaticError / tolerance, 1.0 / kOrder) / pilot_coarser(tolerance);
   choice.sampling.ray_spacing_m = spacing_m(plan) / finer;
   // A single slice a row says too little about itself.
   choice.sampling.n_sub_rows = std::max(2, n_slices(plan.n_sub_rows * finer));
@@ -143,9 +146,8 @@ TolerantView render_to_tolerance(const Engine& engine, const ViewPlan& plan, dou
     const ErrorEstimate& error = out.view.error;
     out.met = meets(error, tolerance);
     if (out.met || out.steps.size() == kMostAttempts) return out;
-    // At least so much finer that it counts.
     Refinement r = refinement(error, tolerance, {}).capped(kTrustedStep);
-    r = {std::max(r.rays, 1.1), std::max(r.slices, 1.1)};
+    r = {std::max(r.rays, kLeastStep), std::max(r.slices, kLeastStep)};
     ViewPlan again = engine.plan(plan.acquisition, refined(out.plan, r));
     request_layers(again, plan.layers);
     again.error = out.plan.error;

@@ -50,7 +50,7 @@ VoxelView::VoxelView(const VoxelScene& scene, const ViewPlan& plan)
   if (uniform_ground_) {
     for (int k = 0; k < plan.fan.n_elevation; ++k) ground_->deposit(k, 0.0, plan.n_sub_rows, bare_ground_);
   }
-  if (!plan.layers.layers.empty()) layers_.emplace(a, plan.fan, plan.layers.reference_height_m);
+  if (!plan.layers.layers.without(Layer::error).empty()) layers_.emplace(a, plan.fan, plan.layers.reference_height_m);
   for (int j = 0; j < a.n_range; ++j) {
     beta0_per_mass_.push_back(plan.fan.step_rad / (a.range_spacing_m * plan.n_sub_rows) * a.range_m(j));
   }

@@ -50,7 +50,8 @@ struct RenderedView {
   std::vector<std::string> warnings;  ///< a blank image says why here
 };
 
-/// Asks for layers beside the image of a planned view: counts their memory, says what is left out.
+/// Asks for layers beside the image of a planned view: counts their memory, says what is left out. Layer::error
+/// sets the plan's error request.
 void request_layers(ViewPlan& plan, const LayerRequest& request);
 
 /// What makes images of a scene: built once, then used for any number of views, on any number of threads.

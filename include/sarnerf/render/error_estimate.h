@@ -23,7 +23,7 @@ struct ErrorEstimate {
   double relative = kUnknown;     ///< E
   double elevation = kUnknown;    ///< part of it that more elevation rays would mend
   double along_track = kUnknown;  ///< part of it that more slices a row would mend
-  Image<float> map;               ///< expected |I − I*| of each pixel, in the image's units; if asked for
+  Image<float> map;               ///< expected |I − I*| of each pixel; an engine moves it to Layers::error
 };
 
 }  // namespace sarnerf

@@ -23,14 +23,15 @@ enum class Layer : std::uint8_t {
   incidence,   ///< degrees between ray and surface normal, mean weighted by brightness
   elevation,   ///< metres above the reference plane, mean weighted by brightness
   scatterers,  ///< separate scatterers in the pixel, mean over its slices
+  error,       ///< expected |β⁰ − β⁰*| of the image itself (error_estimate.h)
 };
-inline constexpr std::size_t kNumberOfLayers = 8;
+inline constexpr std::size_t kNumberOfLayers = 9;
 inline constexpr std::size_t kNumberOfComponents = 4;  ///< ground, wall, roof, other
 
 /// Values of Layer::mask, numbered as in isce3.
 enum class MaskValue : std::uint8_t { none = 0, shadow = 1, layover = 2, both = 3 };
 
-/// "ground" … "scatterers".
+/// "ground" … "error".
 std::string_view name(Layer layer);
 
 /// A set of layers.
@@ -39,6 +40,12 @@ class LayerSet {
   bool has(Layer layer) const { return bits_.test(static_cast<std::size_t>(layer)); }
   void add(Layer layer) { bits_.set(static_cast<std::size_t>(layer)); }
   bool empty() const { return bits_.none(); }
+  /// The rest, without one.
+  LayerSet without(Layer layer) const {
+    LayerSet rest = *this;
+    rest.bits_.reset(static_cast<std::size_t>(layer));
+    return rest;
+  }
   bool operator==(const LayerSet&) const = default;
 
  private:
@@ -64,6 +71,7 @@ struct Layers {
   Image<float> incidence_deg;  ///< NaN where nothing with a surface scatters
   Image<float> elevation_m;    ///< NaN where nothing scatters
   Image<float> scatterers;
+  Image<float> error;  ///< NaN where it is not known
 
   /// Makes the images asked for, of a view in which nothing scatters.
   Layers(const LayerSet& layers, int n_azimuth, int n_range);
