@@ -22,6 +22,17 @@ enum class Case {
   projection,
   ground_angles,
   ray_origins,
+  roof,
+  wall,
+  ground,
+  nadir,
+  horizon,
+  image_sizes,
+  image_sizes_voxels,
+  anisotropic,
+  reach,
+  voxel_planes,
+  voxel_reach,
   // Sentinel.
   count
 };
