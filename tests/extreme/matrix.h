@@ -33,6 +33,14 @@ enum class Case {
   reach,
   voxel_planes,
   voxel_reach,
+  // Meshes.
+  map_coordinates,
+  sizes,
+  slivers,
+  coincident,
+  nested,
+  inside_out,
+  thin,
   // Sentinel.
   count
 };
