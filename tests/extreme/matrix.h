@@ -41,6 +41,11 @@ enum class Case {
   nested,
   inside_out,
   thin,
+  rounded_files,
+  many_pieces,
+  small_pieces,
+  many_solids,
+  many_voxel_pieces,
   // Sentinel.
   count
 };
