@@ -9,8 +9,9 @@ namespace {
 /// Finer than any surface is: what such squares show is their mean.
 constexpr double kFinestPeriod_m = 1e-9;
 
-/// Beyond anything that exists, and sums and products of such numbers stay within single precision's 3e38.
-constexpr double kMost = 1e30;
+/// Most extinction and scattering (1/m): beyond anything that exists, and sums over solids that overlap stay
+/// within single precision's 3e38.
+constexpr double kMost_per_m = 1e30;
 
 Texture parse_texture(const JsonView& json) {
   json.only_keys({"kind", "period_m", "contrast", "origin_m"});
@@ -48,7 +49,7 @@ Material parse_material(const std::string& name, const JsonView& json) {
           "an opaque material takes gamma0, exponent and texture, not extinction or scattering; "
           "for a translucent one write \"opaque\": false and only the latter");
     }
-    if (const auto gamma0 = json.find("gamma0")) material.gamma0 = gamma0->number_between(0.0, kMost);
+    if (const auto gamma0 = json.find("gamma0")) material.gamma0 = gamma0->number_at_least(0.0);
     if (const auto p = json.find("exponent")) material.exponent = p->number_at_least(0.0);
     if (const auto texture = json.find("texture")) material.texture = parse_texture(*texture);
     return material;
@@ -61,13 +62,13 @@ Material parse_material(const std::string& name, const JsonView& json) {
           key + "; remove it, or the extinction and scattering for an opaque material");
     }
   }
-  material.extinction_per_m = json.at("extinction_per_m").number_between(0.0, kMost);
+  material.extinction_per_m = json.at("extinction_per_m").number_between(0.0, kMost_per_m);
   material.extinction_back_per_m = material.extinction_per_m;
   if (const auto back = json.find("extinction_back_per_m")) {
-    material.extinction_back_per_m = back->number_between(0.0, kMost);
+    material.extinction_back_per_m = back->number_between(0.0, kMost_per_m);
   }
   if (const auto p = json.find("scattering_per_m")) {
-    material.scattering_per_m = p->number_between(0.0, kMost);
+    material.scattering_per_m = p->number_between(0.0, kMost_per_m);
   }
   return material;
 }

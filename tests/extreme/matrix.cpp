@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "matrix.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -9,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 // Listeners of Catch2 2 have to be asked for.
 #define CATCH_CONFIG_EXTERNAL_INTERFACES
@@ -50,6 +52,10 @@ std::string figure(const std::optional<double>& error) {
   return text;
 }
 
+/// "| tried | reference |", with which each line of the table begins.
+std::string line_begin(const RowText& text) { return std::string("| ") + text.tried + " | " + text.reference + " | "; }
+std::string line_end(const RowText& text) { return std::string(text.measure) + " | " + text.edge + " |"; }
+
 void write_table(const char* path) {
   std::ofstream file(path);
   const char* part = "";
@@ -60,8 +66,7 @@ void write_table(const char* path) {
       file << (n > 0 ? "\n" : "") << "## " << part
            << "\n\n| tried | reference | worst error | at the edge |\n|---|---|---|---|\n";
     }
-    file << "| " << t.tried << " | " << t.reference << " | " << figure(errors()[n])
-         << (*t.measure != '\0' ? " " : "") << t.measure << " | " << t.edge << " |\n";
+    file << line_begin(t) << figure(errors()[n]) << ' ' << line_end(t) << '\n';
   }
 }
 
@@ -83,6 +88,21 @@ struct TableWriter : ListenerBase {
 CATCH_REGISTER_LISTENER(TableWriter)
 
 }  // namespace
+
+TEST_CASE("docs/extreme.md has a line for every row", "[core]") {
+  std::ifstream file(SARNERF_EXTREME_PAGE);
+  REQUIRE(file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  for (const RowText& text : kTexts) {
+    const std::string begin = line_begin(text), end = line_end(text);
+    INFO(begin << "... " << end);
+    CHECK(std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+      return line.size() > begin.size() + end.size() && line.compare(0, begin.size(), begin) == 0 &&
+             line.compare(line.size() - end.size(), end.size(), end) == 0;
+    }));
+  }
+}
 
 void record(Case row, double error) {
   std::optional<double>& worst = errors()[static_cast<std::size_t>(row)];

@@ -33,6 +33,8 @@ enum class Case {
   reach,
   voxel_planes,
   voxel_reach,
+  media,
+  voxel_media,
   // Meshes.
   map_coordinates,
   sizes,

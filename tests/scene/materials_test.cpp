@@ -49,7 +49,7 @@ TEST_CASE("Materials without meaning are refused, by key") {
   CHECK(contains(refusal(R"({"gama0": 1})"),
                  "test: m: unknown key 'gama0' (gamma0?); known are: opaque"));
   CHECK(contains(refusal(R"({"gamma0": -1})"),
-                 "test: m.gamma0: expected a number between 0 and 1e+30, found -1"));
+                 "test: m.gamma0: expected a number of at least 0, found -1"));
   CHECK(contains(refusal(R"({"gamma0": "bright"})"), "expected a number, found \"bright\""));
   CHECK(contains(refusal(R"({"gamma0": 1e999})"), "JSON"));
   CHECK(contains(refusal(R"({"exponent": -0.5})"), "test: m.exponent"));
