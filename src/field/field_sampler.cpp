@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "check_field.h"
@@ -88,7 +89,8 @@ void FieldSampler::combine(const glm::vec3& d, std::size_t n_points,
   each([&](const float* c) {
     float sum = 0.0f;
     for (std::size_t m = 0; m < n_coefficients; ++m) sum += c[m] * y[m];
-    return std::max(0.0f, sum);
+    // Large coefficients may add up to more than float32 holds, and 0 times infinity is no power.
+    return std::min(std::max(0.0f, sum), std::numeric_limits<float>::max());
   });
 }
 

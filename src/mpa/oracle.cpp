@@ -75,6 +75,20 @@ Response absorptance(Integrator integrator, double x) {
   return {};
 }
 
+/// Sum whose rounding does not grow with its length (Neumaier's): rays may have thousands of segments.
+class CompensatedSum {
+ public:
+  void add(double term) {
+    const double sum = sum_ + term;
+    lost_ += std::abs(sum_) >= std::abs(term) ? (sum_ - sum) + term : (term - sum) + sum_;
+    sum_ = sum;
+  }
+  double value() const { return sum_ + lost_; }
+
+ private:
+  double sum_ = 0.0, lost_ = 0.0;
+};
+
 /// Everything that one segment needs, from the arrays.
 struct Segment {
   double length_m;
@@ -112,11 +126,11 @@ void integrate(const SegmentSpans<double>& segments, const FieldSamples<double>&
   check_spans(segments, field, n_range, pixels.size());
   const auto n_bins = static_cast<std::size_t>(n_range);
   for (std::size_t ray = 0; ray < segments.ray_row.size(); ++ray) {
-    double depth_before = 0.0;
+    CompensatedSum depth_before;
     for (std::size_t s = segments.ray_begin[ray]; s < segments.ray_begin[ray + 1]; ++s) {
       const Segment q = segment_at(segments, field, integrator, s);
-      const double contribution = q.source * std::exp(-depth_before) * q.response.value;
-      depth_before += q.depth;
+      const double contribution = q.source * std::exp(-depth_before.value()) * q.response.value;
+      depth_before.add(q.depth);
       if (segments.bin[s] < n_bins) {
         pixels[segments.ray_row[ray] * n_bins + segments.bin[s]] += contribution;
       }
@@ -134,26 +148,26 @@ void integrate_adjoint(const SegmentSpans<double>& segments, const FieldSamples<
   for (std::size_t ray = 0; ray < segments.ray_row.size(); ++ray) {
     const std::size_t begin = segments.ray_begin[ray], end = segments.ray_begin[ray + 1];
     transmittance.resize(end - begin);
-    double depth_before = 0.0;
+    CompensatedSum depth_before;
     for (std::size_t s = begin; s < end; ++s) {
-      transmittance[s - begin] = std::exp(-depth_before);
-      depth_before += segment_at(segments, field, integrator, s).depth;
+      transmittance[s - begin] = std::exp(-depth_before.value());
+      depth_before.add(segment_at(segments, field, integrator, s).depth);
     }
     // From far to near: Σ_{s′>s} g_{s′} c_{s′} grows by one term at each step.
-    double behind = 0.0;
+    CompensatedSum behind;
     for (std::size_t s = end; s-- > begin;) {
       const Segment q = segment_at(segments, field, integrator, s);
       const double T = transmittance[s - begin];
       const double g = segments.bin[s] < n_bins
                            ? pixel_gradients[segments.ray_row[ray] * n_bins + segments.bin[s]]
                            : 0.0;
-      const double by_depth = g * q.source * T * q.response.slope - behind;
+      const double by_depth = g * q.source * T * q.response.slope - behind.value();
       gradients.source[s] = g * T * q.response.value;
       gradients.extinction_per_m[s] = by_depth * q.depth_per_forth;
       if (!gradients.extinction_back_per_m.empty()) {
         gradients.extinction_back_per_m[s] = by_depth * q.depth_per_back;
       }
-      behind += g * q.source * T * q.response.value;
+      behind.add(g * q.source * T * q.response.value);
     }
   }
 }

@@ -10,6 +10,9 @@ namespace {
 /// Segments that are sampled before the ray is asked whether it ends.
 constexpr double kSegmentsPerRun = 2.0;
 
+/// Longest segments that a ray goes on for behind the bin after the last.
+constexpr double kSegmentsBeyond = 8.0;
+
 /// A walk along a straight line through cubes of cells whose size may change from step to step. Which
 /// cube comes next is decided by integers, so that rounding can neither skip one nor stand still.
 class CellWalk {
@@ -97,10 +100,9 @@ void VolumeMarcher::Cuts::begin_at(double s_m) {
 double VolumeMarcher::append(const Line& line, const RangeInterval& run, Cuts& cuts,
                              SampleBatch& batch, BatchField& field) {
   const std::size_t first = batch.n_segments();
-  const double last_m = std::min(run.far_m, cuts.border_m(cuts.n_bins));
   if (run.near_m >= cuts.next_m) cuts.begin_at(run.near_m);
-  for (double near_m = run.near_m; near_m < last_m;) {
-    const double end_m = std::min({cuts.next_m, near_m + longest_m_, last_m});
+  for (double near_m = run.near_m; near_m < run.far_m;) {
+    const double end_m = std::min({cuts.next_m, near_m + longest_m_, run.far_m});
     batch.bin.push_back(cuts.bin < 0.0 ? kNoBin : static_cast<std::uint32_t>(cuts.bin));
     batch.length_m.push_back(static_cast<float>(end_m - near_m));
     field.near_bin.push_back(cuts.coordinate(near_m));
@@ -131,24 +133,26 @@ double VolumeMarcher::append(const Line& line, const RangeInterval& run, Cuts& c
 double VolumeMarcher::march(const RayGrid& rays, double along_track_m, int row, int k,
                             const RangeInterval& interval, SampleBatch& batch, BatchField& field) {
   begin_ray(batch, rays, row, k);
-  if (interval.empty()) return 0.0;
+  // Nothing behind the last bin is seen, but what a ray emits there says how far its neighbours' power reaches.
+  const Acquisition& a = rays.acquisition();
+  Cuts cuts{a.range_spacing_m, double(a.n_range)};
+  const double end_m = std::min(interval.far_m, cuts.border_m(cuts.n_bins + 1.0) + kSegmentsBeyond * longest_m_);
+  if (!(interval.near_m < end_m)) return 0.0;
   const Line line{rays.point_from_aim_m(along_track_m, 0.0, k), rays.direction(k)};
   const double cells_per_m = 1.0 / transform_.voxel_size_m;
   CellWalk walk((line.start_m - transform_.origin_m) * cells_per_m, line.direction * cells_per_m,
                 interval.near_m);
-  const Acquisition& a = rays.acquisition();
-  Cuts cuts{a.range_spacing_m, double(a.n_range)};
   const double run_m = kSegmentsPerRun * longest_m_;
   double depth = 0.0;
   RangeInterval run{interval.near_m, interval.near_m};  // occupied and not yet sampled
   const auto flush = [&] {
-    run.far_m = std::min(run.far_m, interval.far_m);
+    run.far_m = std::min(run.far_m, end_m);
     if (!run.empty()) depth += append(line, run, cuts, batch, field);
   };
   double s = interval.near_m;
   glm::ivec3 brick(0x7fffffff);
   std::uint32_t number = kNoBrick;
-  while (s < interval.far_m && depth < kEndOfRayDepth) {
+  while (s < end_m && depth < kEndOfRayDepth) {
     if (const glm::ivec3 here = brick_of_voxel(walk.cell()); here != brick) {
       brick = here;
       number = finder_.find(brick);

@@ -9,8 +9,20 @@
 namespace sarnerf {
 namespace {
 
-/// The mesh wins over a ground nearer by less than this: floors and roads lie in the ground's plane.
-constexpr double kCoplanar_m = 1e-3;
+/// The mesh wins over a ground that lies above it by less than this part of a bin, and what single precision
+/// makes of the scene's coordinates: floors and roads lie in the ground's plane.
+constexpr double kCoplanarInBins = 1.0 / 300.0;
+constexpr double kSinglePrecision = 0x1p-21;
+
+/// Largest coordinate of a view's rays, in the frame in which they are traced (m).
+double reach_m(const ViewRays& rays) {
+  const Acquisition& a = rays.grid.acquisition();
+  const auto at = [&](std::size_t n) {
+    return glm::length(glm::dvec3(rays.origin_x[n], rays.origin_y[n], rays.origin_z[n]));
+  };
+  return std::max(at(0), at(rays.origin_x.size() - 1)) + 0.5 * a.n_azimuth * a.azimuth_spacing_m +
+         static_cast<double>(rays.far_m);
+}
 
 }  // namespace
 
@@ -23,7 +35,9 @@ GroundPlane::GroundPlane(const ViewRays& rays, const Appearance& appearance, dou
   const double height_of_radar_m = a.altitude_m() + above_ground_m;
 
   const auto size = static_cast<std::size_t>(fan.n_elevation) + 2;
+  const double coplanar_m = kCoplanarInBins * a.range_spacing_m + kSinglePrecision * reach_m(rays);
   bin_.assign(size, 0.0f);
+  coplanar_bins_.assign(size, 0.0f);
   bin_per_ray_.assign(size, 0.0f);
   gamma_.assign(size, -1.0f);  // negative: this ray does not meet the plane
   for (int k = -1; k <= fan.n_elevation; ++k) {
@@ -38,6 +52,7 @@ GroundPlane::GroundPlane(const ViewRays& rays, const Appearance& appearance, dou
     bin_[m] = static_cast<float>(rays.bin_coordinate(offset_m));
     bin_per_ray_[m] = static_cast<float>((r + offset_m) * std::tan(incidence) * fan.step_rad /
                                          a.range_spacing_m);
+    coplanar_bins_[m] = static_cast<float>(coplanar_m / cosine / a.range_spacing_m);
     gamma_[m] = appearance_.brightness(static_cast<float>(cosine));
   }
 
@@ -81,15 +96,14 @@ void GroundPlane::put(Slice& slice, std::size_t m, int k) const {
 }
 
 void GroundPlane::fill(Slice& slice) const {
-  const auto coplanar_bins =
-      static_cast<float>(kCoplanar_m / rays_.grid.acquisition().range_spacing_m);
   const auto last = static_cast<std::size_t>(slice.n_rays) + 1;
   put(slice, 0, slice.first - 1);
   put(slice, last, slice.first + slice.n_rays);
   for (std::size_t m = 1; m < last; ++m) {
     const int k = slice.first + static_cast<int>(m) - 1;
+    const std::size_t g = index(k);
     const bool behind_mesh = slice.surface[m] != kNoTriangle &&
-                             (gamma_[index(k)] < 0.0f || bin_[index(k)] > slice.bin[m] - coplanar_bins);
+                             (gamma_[g] < 0.0f || bin_[g] > slice.bin[m] - coplanar_bins_[g]);
     if (!behind_mesh) put(slice, m, k);
   }
 }

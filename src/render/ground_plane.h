@@ -39,6 +39,7 @@ class GroundPlane {
   const ViewRays& rays_;
   Appearance appearance_;
   std::vector<float> bin_, bin_per_ray_, gamma_;  ///< [n_el + 2], from k = −1
+  std::vector<float> coplanar_bins_;              ///< [n_el + 2] how far nearer the ground still loses to a mesh
   std::vector<double> border_ray_;                ///< [n_range + 1] ray index at each bin border
   std::vector<double> bin_gamma_;                 ///< [n_range] mean γ over the bin's angles
 };

@@ -16,8 +16,8 @@
 namespace sarnerf {
 namespace {
 
-/// Automatic sampling: rays this fraction of the finer pixel side apart, and so many slices a row.
-/// sar_bench accuracy shows what other values cost and give (README, accuracy against time).
+/// Automatic sampling: rays this fraction of the finer pixel side (see pixel_side_m) apart, and so many slices
+/// a row. sar_bench accuracy shows what other values cost and give (README, accuracy against time).
 struct Density {
   double ray_spacing_in_pixels;
   int n_sub_rows;
@@ -36,6 +36,13 @@ constexpr double kMostRefinedRays = 4096.0, kMostRefinedSlices = 65536.0;
 constexpr Density kSurfaceDensity{0.25, 9, 1, 60e-9};
 // How far a volume's surface moves from slice to slice is seen by two at least.
 constexpr Density kVoxelDensity{1.0, 2, 2, 1000e-9};
+
+/// Rays resolve range: where rows are narrower than this part of a bin, they need not be as dense as rows.
+constexpr double kFinestInBins = 0.125;
+
+/// Pixels that a scene reaches from its centre at most. Its coordinates there are single precision's, 2⁻²⁴ of
+/// them: 0.02 of a pixel at this limit. (docs/extreme.md has the errors.)
+constexpr double kFarthestInPixels = 262'144.0;
 
 /// Rays that a worker traces at once, unless one slice has more.
 constexpr std::uint64_t kMostRaysAtOnce = 1 << 18;
@@ -73,6 +80,22 @@ void check_radar_position(const Scene& scene, const Acquisition& a) {
                                "point: raise --altitude or check units and --scale",
                                a.slant_range_m));
   }
+}
+
+/// What the spacing of rays is measured in (m).
+double pixel_side_m(const Acquisition& a) {
+  return std::min(a.range_spacing_m, std::max(a.azimuth_spacing_m, kFinestInBins * a.range_spacing_m));
+}
+
+void check_reach(const Scene& scene, const Acquisition& a) {
+  if (scene.box.empty()) return;
+  const double reach_m = 0.5 * glm::length(scene.box.size());
+  const double finer_m = std::min(a.range_spacing_m, a.azimuth_spacing_m);
+  if (reach_m <= kFarthestInPixels * finer_m) return;
+  throw GeometryError(format("the scene reaches %.4g m from its centre, %.3g pixels of %.4g m; in single precision "
+                             "262144 are the limit: cut it down to what the image shows, widen --spacing, or use "
+                             "--ground instead of a large plane",
+                             reach_m, reach_m / finer_m, finer_m));
 }
 
 struct KeptRays {
@@ -207,8 +230,7 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
     return plan;
   }
 
-  const double finer_m = std::min(a.range_spacing_m, a.azimuth_spacing_m);
-  const double dense_m = density.ray_spacing_in_pixels * finer_m;
+  const double dense_m = density.ray_spacing_in_pixels * pixel_side_m(a);
   const double spacing_m = sampling.ray_spacing_m > 0.0 ? sampling.ray_spacing_m
                            : spacing_across(scene_angles, angles->second - angles->first, a.slant_range_m, dense_m);
   // A scene without any extent across the rays still needs one.
@@ -252,6 +274,7 @@ constexpr std::uint64_t kLayerBytesPerBin = 140;
 
 ViewPlan plan_view(const Scene& scene, const Box& media_m, const Acquisition& acquisition,
                    const Sampling& sampling) {
+  check_reach(scene, acquisition);
   ViewPlan plan = plan_rays(scene, acquisition, sampling, kSurfaceDensity);
   if (plan.fan.n_elevation == 0) return plan;
   plan.left_out = left_out(scene, plan);
@@ -269,9 +292,8 @@ ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisi
                          const Sampling& sampling) {
   // Rays and slices a voxel apart see what the voxels have.
   Density density = kVoxelDensity;
-  const double finer_m = std::min(acquisition.range_spacing_m, acquisition.azimuth_spacing_m);
-  density.ray_spacing_in_pixels =
-      std::min(density.ray_spacing_in_pixels, volume.grid.transform().voxel_size_m / finer_m);
+  density.ray_spacing_in_pixels = std::min(density.ray_spacing_in_pixels,
+                                           volume.grid.transform().voxel_size_m / pixel_side_m(acquisition));
   const double slices = std::ceil(acquisition.azimuth_spacing_m / volume.grid.transform().voxel_size_m);
   density.n_sub_rows = std::max(density.n_sub_rows, static_cast<int>(std::min(slices, 64.0)));
   ViewPlan plan = plan_rays(scene, acquisition, sampling, density);

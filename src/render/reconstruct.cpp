@@ -176,10 +176,10 @@ class Reconstruction {
     const double k = s_.k_of(m), steps_per_ray = 1.0 / s_.k_step;
     const double reach = (towards > 0 ? rays->second - k : k - rays->first) * steps_per_ray;
     if (!(reach >= 0.0 && reach <= 1.0)) return 0.5;
-    // Faces smaller than the spacing of the rays have neighbours that no ray met: the outline is
-    // somewhere between this face's end and the next ray.
+    // Of faces smaller than the spacing of the rays most are met by no ray. Each one that is stands for those
+    // that are not, be they alone or parts of a larger surface: for half a step on either side.
     const bool small = (rays->second - rays->first) * steps_per_ray < 1.0;
-    return small ? 0.5 * (reach + 1.0) : reach;
+    return small ? 0.5 : reach;
   }
 
   const Slice& s_;

@@ -8,6 +8,10 @@ namespace {
 
 int n_extinctions(const FieldChannels& channels) { return channels.first_source(); }
 
+/// Of the longest distance in the scene frame: what rounding to single precision moves a traced ray or a box
+/// by, several times over.
+constexpr double kSinglePrecision = 0x1p-22;
+
 /// Channel beside the extinctions that scatters by itself, or −1.
 int scattering_channel(const FieldChannels& channels) {
   return channels.basis == SourceBasis::scattering ? channels.first_source() : -1;
@@ -20,10 +24,11 @@ VoxelScene::VoxelScene(const Scene& s, Volume v)
       volume(std::move(v)),
       occupancy(volume.grid.view(), n_extinctions(volume.channels), scattering_channel(volume.channels)),
       boxes_m(volume_boxes_m(occupancy, volume.grid.transform())),
-      origin_m(volume.support_m.empty() ? glm::dvec3(0.0) : volume.support_m.centre()) {
+      origin_m(volume.support_m.empty() ? glm::dvec3(0.0) : volume.support_m.centre()),
+      slack_m(volume.support_m.empty() ? 0.0 : kSinglePrecision * glm::length(volume.support_m.size())) {
   std::vector<BoxTracer::FloatBox> boxes;
   for (const Box& box : boxes_m) {
-    boxes.push_back({glm::vec3(box.min - origin_m), glm::vec3(box.max - origin_m)});
+    boxes.push_back({glm::vec3(box.min - origin_m - slack_m), glm::vec3(box.max - origin_m + slack_m)});
   }
   if (!boxes.empty()) tracer.emplace(boxes);
   if (s.ground) ground = ground_appearance(s, origin_m);

@@ -33,6 +33,7 @@ struct VoxelScene {
   Occupancy occupancy;
   std::vector<Box> boxes_m;  ///< world coordinates
   glm::dvec3 origin_m;       ///< of the scene frame, in which Embree works
+  double slack_m;            ///< traced boxes are so much larger, so that none is missed by rounding
   std::optional<BoxTracer> tracer;
   std::optional<Appearance> ground;
 };

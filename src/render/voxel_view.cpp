@@ -81,7 +81,7 @@ void VoxelView::trace(const Block& block, std::span<const RayRange> ranges, Voxe
 void VoxelView::march(const Block& block, std::size_t slice, const Part& part, VoxelWorker& w) const {
   const PackedRow& packed = w.rows[slice];
   SliceEmission& emission = w.emission[slice];
-  const double entry_margin_m = kEntryMargin * grid_.transform.voxel_size_m;
+  const double entry_margin_m = kEntryMargin * grid_.transform.voxel_size_m + scene_.slack_m;
   for (std::size_t n = part.first; n < part.end; ++n) {
     const int k = w.packed_k[n];
     double depth = 0.0;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "box_tree.h"
 #include "cgal_surface.h"
 #include "pieces.h"
 
@@ -66,11 +67,6 @@ class PieceInteriors {
   std::map<std::uint32_t, std::unique_ptr<SideOfSurface>> tests_;
 };
 
-bool encloses(const Box& outer, const Box& inner) {
-  return glm::all(glm::lessThanEqual(outer.min, inner.min)) &&
-         glm::all(glm::greaterThanEqual(outer.max, inner.max));
-}
-
 }  // namespace
 
 std::vector<std::uint32_t> find_cavities(const RepairedMesh& mesh,
@@ -89,15 +85,21 @@ std::vector<std::uint32_t> find_cavities(const RepairedMesh& mesh,
   std::stable_sort(outward.begin(), outward.end(), [&](std::uint32_t a, std::uint32_t b) {
     return pieces[a].signed_volume < pieces[b].signed_volume;
   });
+  // There may be a million of either.
+  std::vector<Box> boxes;
+  for (const std::uint32_t outer : outward) boxes.push_back(pieces[outer].box);
+  const BoxTree around(boxes);
   PieceInteriors interiors(mesh, pieces.size());
   const auto medium = [&](std::uint32_t piece) {
     return medium_of_material[mesh.material[interiors.triangles(piece).front()]];
   };
+  std::vector<std::uint32_t> candidates;
   for (const std::uint32_t p : inward) {
     monitor.check();
-    for (const std::uint32_t outer : outward) {
-      if (!encloses(pieces[outer].box, pieces[p].box) || medium(outer) != medium(p)) continue;
-      if (!interiors.contains(outer, p)) continue;
+    around.enclosing(pieces[p].box, candidates);
+    for (const std::uint32_t place : candidates) {
+      const std::uint32_t outer = outward[place];
+      if (medium(outer) != medium(p) || !interiors.contains(outer, p)) continue;
       container[p] = outer;
       break;
     }

@@ -29,16 +29,19 @@ FaceKey key_of(const glm::uvec3& v) {
 }
 
 /// What remains at the edges of opposed pairs when both faces of each pair are gone decides: a wall
-/// between two solids leaves the two solids' own faces all along its border, a sheet leaves none.
+/// between two solids leaves the two solids' own faces all along its border, a sheet leaves none, and a
+/// solid whose faces are all drawn from both sides has no border.
 class OpposedPairs {
  public:
   OpposedPairs(std::span<const glm::uvec3> triangles, std::size_t n_vertices,
                const std::vector<bool>& keep, const std::vector<std::uint32_t>& kept_of_pair)
-      : regions_(kept_of_pair.size()), is_wall_(kept_of_pair.size(), true) {
+      : regions_(kept_of_pair.size()),
+        has_border_(kept_of_pair.size(), false),
+        is_wall_(kept_of_pair.size(), true) {
     std::vector<std::uint32_t> pair_of(triangles.size(), kNone);
     for (std::uint32_t p = 0; p < kept_of_pair.size(); ++p) pair_of[kept_of_pair[p]] = p;
 
-    std::vector<std::uint32_t> border_pairs;
+    std::vector<std::uint32_t> border_pairs, sheet_pairs;
     const EdgeTable edges(triangles, n_vertices);
     edges.for_each([&](std::span<const EdgeUse> edge) {
       std::size_t n_others = 0, n_pairs = 0;
@@ -52,17 +55,22 @@ class OpposedPairs {
           regions_.join(first_pair, pair);
         }
       }
-      if (n_pairs > 0 && n_others != (n_pairs == 1 ? 2u : 0u)) border_pairs.push_back(first_pair);
+      if (n_pairs == 1) border_pairs.push_back(first_pair);
+      if (n_pairs > 0 && n_others != (n_pairs == 1 ? 2u : 0u)) sheet_pairs.push_back(first_pair);
     });
-    for (const std::uint32_t pair : border_pairs) is_wall_[regions_.root(pair)] = false;
+    for (const std::uint32_t pair : border_pairs) has_border_[regions_.root(pair)] = true;
+    for (const std::uint32_t pair : sheet_pairs) is_wall_[regions_.root(pair)] = false;
   }
 
-  bool is_wall(std::uint32_t pair) { return is_wall_[regions_.root(pair)]; }
+  bool is_wall(std::uint32_t pair) {
+    const std::uint32_t region = regions_.root(pair);
+    return has_border_[region] && is_wall_[region];
+  }
 
  private:
   static constexpr std::uint32_t kNone = 0xffffffffu;
   Components regions_;
-  std::vector<bool> is_wall_;
+  std::vector<bool> has_border_, is_wall_;
 };
 
 }  // namespace

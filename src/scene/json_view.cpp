@@ -131,6 +131,14 @@ double JsonView::number_above(double bound) const {
   return value;
 }
 
+double JsonView::number_between(double least, double most) const {
+  const double value = number();
+  if (!(value >= least && value <= most)) {
+    expected("a number between " + number_text(least) + " and " + number_text(most));
+  }
+  return value;
+}
+
 glm::dvec3 JsonView::vector() const {
   if (!value_->is_array() || value_->size() != 3) expected("three numbers in brackets");
   const std::vector<JsonView> parts = elements();

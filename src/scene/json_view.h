@@ -40,6 +40,7 @@ class JsonView {
   double number() const;
   double number_at_least(double least) const;
   double number_above(double bound) const;
+  double number_between(double least, double most) const;
   glm::dvec3 vector() const;
   glm::dvec3 vector_within(double bound) const;  ///< no component beyond ±bound
 

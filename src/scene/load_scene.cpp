@@ -197,6 +197,7 @@ class Assembly {
           "made");
     }
     require_reach(entry, soup);
+    warn_about_precision(entry, soup, scene_.report);
     return soup;
   }
 

@@ -9,6 +9,10 @@ namespace {
 /// Finer than any surface is: what such squares show is their mean.
 constexpr double kFinestPeriod_m = 1e-9;
 
+/// Most extinction and scattering (1/m): beyond anything that exists, and sums over solids that overlap stay
+/// within single precision's 3e38.
+constexpr double kMost_per_m = 1e30;
+
 Texture parse_texture(const JsonView& json) {
   json.only_keys({"kind", "period_m", "contrast", "origin_m"});
   Texture texture;
@@ -58,13 +62,13 @@ Material parse_material(const std::string& name, const JsonView& json) {
           key + "; remove it, or the extinction and scattering for an opaque material");
     }
   }
-  material.extinction_per_m = json.at("extinction_per_m").number_at_least(0.0);
+  material.extinction_per_m = json.at("extinction_per_m").number_between(0.0, kMost_per_m);
   material.extinction_back_per_m = material.extinction_per_m;
   if (const auto back = json.find("extinction_back_per_m")) {
-    material.extinction_back_per_m = back->number_at_least(0.0);
+    material.extinction_back_per_m = back->number_between(0.0, kMost_per_m);
   }
   if (const auto p = json.find("scattering_per_m")) {
-    material.scattering_per_m = p->number_at_least(0.0);
+    material.scattering_per_m = p->number_between(0.0, kMost_per_m);
   }
   return material;
 }

@@ -208,6 +208,8 @@ TriangleSoup read_ply(const MeshSource& file) {
   for (const PlyElement& element : header.elements) {
     if (element.properties.empty()) continue;
     if (element.name == "vertex") {
+      const std::optional<std::size_t> x = element.find("x");
+      soup.single_precision |= header.encoding != PlyEncoding::ascii && x && element.properties[*x].type == PlyType::float32;
       soup.vertices.reserve(soup.vertices.size() + element.count);
       read_vertices(source, body, progress, element, soup);
     } else if (element.name == "face") {

@@ -32,6 +32,7 @@ TriangleSoup read_binary(const MeshSource& source, std::uint64_t n_facets) {
   source.budget.require_mesh(3 * n_facets, n_facets, source.name);
   TriangleSoup soup;
   soup.reserve(3 * n_facets, n_facets);
+  soup.single_precision = true;
   const std::uint32_t material = soup.materials.index(""), group = soup.groups.index("");
   ReadProgress progress(source);
   for (std::uint64_t n = 0; n < n_facets; ++n) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene_checks.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "sarnerf/core/error.h"
@@ -13,6 +15,11 @@ constexpr double kSmallest_m = 0.05;
 constexpr double kLargest_m = 200'000.0;
 /// Part of the scene's height below the ground from which on the user is told: cellars are less.
 constexpr double kBuried = 1.0 / 3.0;
+
+/// Of a number in single precision.
+constexpr double kHalfRounding = 0x1p-24;
+/// Part of a mesh's diagonal from which on the rounding of its vertices shows.
+constexpr double kVisibleRounding = 1e-5;
 
 std::string rounded_text(double value) {
   char text[32];
@@ -32,6 +39,23 @@ void require_reach(const MeshEntry& entry, const TriangleSoup& soup) {
                      ") in units of " + number_text(entry.metres_per_unit) +
                      " m; correct it, or choose other --units");
   }
+}
+
+void warn_about_precision(const MeshEntry& entry, const TriangleSoup& soup, SceneReport& report) {
+  if (!soup.single_precision) return;
+  Box box;
+  double farthest = 0.0;
+  for (const glm::dvec3& v : soup.vertices) {
+    box.include(v);
+    farthest = std::max({farthest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  }
+  const double rounding = kHalfRounding * farthest;
+  if (!(rounding > kVisibleRounding * glm::length(box.size()))) return;
+  report.warnings.push_back(entry.file.filename().string() + ": its vertices, " +
+                            rounded_text(farthest * entry.metres_per_unit) +
+                            " m from the origin, are stored in single precision, rounded by up to " +
+                            rounded_text(rounding * entry.metres_per_unit) +
+                            " m; export them relative to a point nearby, or as text");
 }
 
 void warn_about_size(Scene& scene) {

@@ -137,8 +137,7 @@ bool SurfaceDistance::holds(const glm::dvec3& point_m, const NearestPoint& neare
   return (*s.side)(point_of(point_m)) == CGAL::ON_BOUNDED_SIDE;
 }
 
-std::optional<double> SurfaceDistance::free_path_m(const glm::dvec3& from_m,
-                                                   const glm::dvec3& direction,
+std::optional<FreePath> SurfaceDistance::free_path(const glm::dvec3& from_m, const glm::dvec3& direction,
                                                    std::uint32_t from) const {
   const State& s = *state_;
   const Kernel::Ray_3 ray(point_of(from_m),
@@ -152,7 +151,7 @@ std::optional<double> SurfaceDistance::free_path_m(const glm::dvec3& from_m,
 #else
   const auto* point = boost::get<Point>(&found->first);
 #endif
-  return point ? glm::length(vector_of(*point) - from_m) : 0.0;
+  return FreePath{point ? glm::length(vector_of(*point) - from_m) : 0.0, s.triangle_of_face[found->second]};
 }
 
 bool SurfaceDistance::meets_any(const glm::dvec3& from_m, const glm::dvec3& direction) const {

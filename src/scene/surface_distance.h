@@ -16,6 +16,12 @@ struct NearestPoint {
   double distance_m = 0.0;
 };
 
+/// What a ray meets next.
+struct FreePath {
+  double length_m = 0.0;
+  std::uint32_t triangle = 0;
+};
+
 /// Distances to a triangulated surface, by CGAL's tree of boxes; logarithmic in the number of triangles,
 /// one to five microseconds each. Queries may run on any number of threads. Part of scene_cgal, see
 /// cgal_surface.h.
@@ -37,8 +43,8 @@ class SurfaceDistance {
   /// triangle's side elsewhere. Always false for a surface that is not closed.
   bool holds(const glm::dvec3& point_m, const NearestPoint& nearest) const;
 
-  /// From a point of the surface along a direction, how far the next triangle other than `from` is.
-  std::optional<double> free_path_m(const glm::dvec3& from_m, const glm::dvec3& direction,
+  /// From a point next to the surface along a unit direction, the next triangle other than `from`.
+  std::optional<FreePath> free_path(const glm::dvec3& from_m, const glm::dvec3& direction,
                                     std::uint32_t from) const;
 
   /// Whether a ray meets any triangle.

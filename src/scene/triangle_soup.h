@@ -19,6 +19,7 @@ struct TriangleSoup {
   std::vector<std::uint32_t> group;     ///< per triangle, index into groups
   NameTable materials;                  ///< "" where the file names none
   NameTable groups;                     ///< "" where the file names none
+  bool single_precision = false;        ///< vertices are stored as float32
   std::uint64_t n_ignored_faces = 0;    ///< with fewer than three corners
   std::uint64_t n_tangled_faces = 0;    ///< polygons that cross themselves
 

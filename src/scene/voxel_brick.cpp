@@ -90,9 +90,15 @@ double BrickVoxeliser::thickness(const VoxelSurface& surface, const glm::dvec3& 
   }
   // A little inside, so that neighbouring triangles around an edge are not met at once.
   const double start_m = 1e-3 * voxel_m;
-  const auto path_m = surface.distance->free_path_m(nearest.point_m + start_m * inward, inward,
-                                                    nearest.triangle);
-  return path_m ? (start_m + *path_m) / voxel_m : std::numeric_limits<double>::infinity();
+  const auto path = surface.distance->free_path(nearest.point_m + start_m * inward, inward, nearest.triangle);
+  // Matter thinner than that ends before: the ray then meets nothing, or enters what lies behind it. A ray
+  // that runs within a face, from an edge on, says nothing about what is beneath.
+  constexpr double kEdgeOn = 1e-6;
+  if (!path) return 0.0;
+  const double outward = glm::dot(surface.distance->normal(path->triangle), inward);
+  if (std::abs(outward) <= kEdgeOn) return std::numeric_limits<double>::infinity();
+  if (outward < 0.0) return 0.0;
+  return (start_m + path->length_m) / voxel_m;
 }
 
 void BrickVoxeliser::set_attributes(const VoxelSurface& surface, const NearestPoint& nearest,

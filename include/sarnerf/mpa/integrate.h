@@ -41,9 +41,9 @@ struct FieldGradients {
 /// whose bin is n_range or more, kNoBin among them, attenuates only.
 ///
 /// float32 in and double in between: pixels are within 2e-8 (relative) of the oracle's at every optical
-/// depth, transmittances below e^−104 are 0, and any finite non-negative input, products beyond float32
-/// included, gives a finite non-negative image. Vectorised; the instruction set is chosen at run time and
-/// does not change a bit of the result. Throws UsageError where arrays do not belong together.
+/// depth, transmittances below e^−266 are 0, which no pixel of a normal float32 number notices, and any finite
+/// non-negative input, products beyond float32 included, gives a finite non-negative image. Vectorised; the
+/// instruction set is chosen at run time and does not change a bit of the result. Throws UsageError where arrays do not belong together.
 /// Cost of `exact` on one thread of a 2.5 GHz Xeon with a busy neighbour: 5, 7 and 11 ns a segment with
 /// AVX-512, AVX2 and neither; `midpoint` and `paper` two thirds of that.
 void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& field,

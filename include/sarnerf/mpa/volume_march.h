@@ -32,8 +32,8 @@ SourceForm source_form(SourceBasis basis);
 FieldSamples<float> samples(const BatchField& field, SourceBasis basis);
 
 /// Cuts rays into segments where a sparse volume is occupied, and samples it there and nowhere else: empty
-/// bricks and tiles are stepped over, and a ray ends at kEndOfRayDepth. Rendering and training use it
-/// alike. One per thread; what it is made of must outlive it.
+/// bricks and tiles are stepped over, and a ray ends at kEndOfRayDepth, or a bin and some segments behind the
+/// last bin. Rendering and training use it alike. One per thread; what it is made of must outlive it.
 class VolumeMarcher {
  public:
   /// `grid`: its transform relative to the aim point. `longest_m`: of a segment, some voxel at most.
