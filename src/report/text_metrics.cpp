@@ -14,13 +14,17 @@ constexpr std::string_view kEllipsis = "\xE2\x80\xA6";     // …
 /// The widest ratio of bold to regular among the letters (that of i and l).
 constexpr double kBoldWidening = 1.24;
 
-/// Advance widths of DejaVu Sans in thousandths of its size, from the space to the tilde.
+/// Widths below are in the units of the font, so that they are exact.
+constexpr double kUnitsPerEm = 2048.0;
+
+/// Advance widths of DejaVu Sans, from the space to the tilde.
 constexpr std::array<int, 95> kAsciiWidths{
-    318, 401, 460, 838,  636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337, 636, 636, 636,
-    636, 636, 636, 636,  636, 636, 636, 337, 337, 838, 838, 838, 531, 1000, 684, 686, 698, 770, 632,
-    575, 775, 752, 295,  295, 656, 557, 863, 748, 787, 603, 787, 695, 635, 611, 732, 684, 989, 685,
-    611, 685, 390, 337,  390, 838, 500, 500, 613, 635, 550, 635, 615, 352, 635, 634, 278, 278, 579,
-    278, 974, 634, 612,  635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525, 636, 337, 636, 838};
+    651, 821, 942, 1716, 1303, 1946, 1597, 563, 799, 799, 1024, 1716, 651, 739, 651, 690, 1303,
+    1303, 1303, 1303, 1303, 1303, 1303, 1303, 1303, 1303, 690, 690, 1716, 1716, 1716, 1087, 2048,
+    1401, 1405, 1430, 1577, 1294, 1178, 1587, 1540, 604, 604, 1343, 1141, 1767, 1532, 1612, 1235,
+    1612, 1423, 1300, 1251, 1499, 1401, 2025, 1403, 1251, 1403, 799, 690, 799, 1716, 1024, 1024,
+    1255, 1300, 1126, 1300, 1260, 721, 1300, 1298, 569, 569, 1186, 569, 1995, 1298, 1253, 1300,
+    1300, 842, 1067, 803, 1298, 1212, 1675, 1212, 1212, 1075, 1303, 690, 1303, 1716};
 
 /// One code point and its length in bytes; length 0 when the bytes are not UTF-8.
 struct CodePoint {
@@ -48,16 +52,16 @@ CodePoint code_point_at(std::string_view text, std::size_t at) {
 int width_of(std::uint32_t c) {
   if (c >= 0x20 && c <= 0x7E) return kAsciiWidths[c - 0x20];
   switch (c) {
-    case 0xB7: return 318;                // ·
-    case 0xB0: case 0x2013: return 500;   // ° –
-    case 0xB5: return 636;                // µ
-    case 0xD7: case 0x2212: return 838;   // × −
-    case 0xB9: case 0xB2: case 0xB3: return 401;
+    case 0xB7: return 651;                // ·
+    case 0xB0: case 0x2013: return 1024;  // ° –
+    case 0xB5: return 1303;               // µ
+    case 0xD7: case 0x2212: return 1716;  // × −
+    case 0xB9: case 0xB2: case 0xB3: return 821;
     default: break;
   }
-  if (c >= 0x2070 && c <= 0x209F) return 530;  // superscripts and subscripts
-  if (c >= 0x370 && c <= 0x3FF) return 880;    // Greek
-  return c < 0x2E80 ? 1100 : 1250;
+  if (c >= 0x2070 && c <= 0x209F) return 1082;  // superscripts and subscripts
+  if (c >= 0x370 && c <= 0x3FF) return 1800;    // Greek
+  return c < 0x2E80 ? 2250 : 2560;
 }
 
 /// Appends "…", taking away characters from the end until the line fits.
@@ -94,13 +98,13 @@ std::string clean_text(std::string_view text) {
 }
 
 double text_width_px(std::string_view clean, double size_px, bool bold) {
-  double thousandths = 0.0;
+  double units = 0.0;
   for (std::size_t at = 0; at < clean.size();) {
     const CodePoint c = code_point_at(clean, at);
-    thousandths += width_of(c.value);
+    units += width_of(c.value);
     at += c.length == 0 ? 1 : c.length;
   }
-  return thousandths * 1e-3 * size_px * (bold ? kBoldWidening : 1.0);
+  return units / kUnitsPerEm * size_px * (bold ? kBoldWidening : 1.0);
 }
 
 std::vector<std::string> wrap_text(std::string_view clean, double size_px, double width_px,

@@ -13,7 +13,7 @@ enum class AxisScale { linear, log };
 struct PlotAxis {
   std::string label;  ///< quantity and unit: "error (%)"
   AxisScale scale = AxisScale::linear;
-  std::optional<double> low, high;
+  std::optional<double> low{}, high{};
 };
 
 /// A point in the units of the axes, and how far y scatters.
