@@ -16,12 +16,15 @@ namespace {
 constexpr std::size_t kMostLines = 3;
 constexpr int kDirections = 24;
 /// Distances from the point to try, in text sizes.
-constexpr std::array<double, 9> kDistances{0.75, 1.2, 1.8, 2.6, 3.6, 5.0, 7.0, 10.0, 14.0};
+constexpr std::array<double, 11> kDistances{0.75, 1.2, 1.8, 2.6, 3.6, 5.0, 7.0, 9.0, 11.0, 14.0, 18.0};
 
 // What covering costs, in text sizes of distance.
-constexpr double kMarkerCost = 6.0;
-constexpr double kStrokeCost = 2.0;
-constexpr double kLeaderCost = 4.0;
+constexpr double kMarkerCost = 12.0;
+constexpr double kStrokeCost = 6.0;
+constexpr double kLeaderCost = 6.0;
+// And what a leader's crossing costs.
+constexpr double kMarkerCrossing = 3.0;
+constexpr double kTextCrossing = 8.0;
 
 /// The rectangle's point nearest to `spot`.
 Spot nearest(const Rect& rect, Spot spot) {
@@ -48,7 +51,7 @@ double cost(const Rect& box, const std::optional<Stroke>& leader, const Obstacle
   double sum = 0.0;
   for (const Rect& marker : obstacles.markers) {
     if (overlap(box, marker)) sum += kMarkerCost;
-    if (leader && crosses(*leader, marker)) sum += 0.5 * kMarkerCost;
+    if (leader && crosses(*leader, marker)) sum += kMarkerCrossing;
   }
   for (const Stroke& stroke : obstacles.strokes) {
     if (crosses(stroke, box)) sum += kStrokeCost;
@@ -58,7 +61,7 @@ double cost(const Rect& box, const std::optional<Stroke>& leader, const Obstacle
   }
   if (!leader) return sum;
   for (const Rect& other : taken.boxes) {
-    if (crosses(*leader, other)) sum += 2.0 * kLeaderCost;
+    if (crosses(*leader, other)) sum += kTextCrossing;
   }
   return sum;
 }

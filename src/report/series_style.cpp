@@ -56,12 +56,13 @@ std::string bars(Spot centre, double reach_px, double angle_rad) {
 
 std::vector<SeriesStyle> series_styles(const Plot& plot) {
   std::vector<SeriesStyle> styles;
-  std::size_t next = 0;  // emphasised series and rings take no number
+  std::size_t next_colour = 0, next_shape = 0;  // rings take none, what is emphasised no colour
   for (const PlotSeries& series : plot.series) {
     SeriesStyle style;
-    const bool numbered = !series.emphasised && series.marker != PlotMarker::ring;
-    const std::size_t number = numbered ? next++ : 0;
-    // Unsigned arithmetic: a negative number finds its place in the palette, too.
+    const bool ring = series.marker == PlotMarker::ring;
+    const std::size_t shape = ring ? 0 : next_shape++;
+    const std::size_t number = ring || series.emphasised ? 0 : next_colour++;
+    // A negative number finds its place in the palette, too.
     const auto chosen = series.colour ? std::size_t(*series.colour % 7 + 7) : number;
     style.colour = series.emphasised ? kInk : kPalette[chosen % kPalette.size()];
     style.line = series.line;
@@ -69,7 +70,7 @@ std::vector<SeriesStyle> series_styles(const Plot& plot) {
     style.marker = series.marker;
     if (style.marker == PlotMarker::automatic) {
       const bool curve = series.points.size() > kMostMarkedPoints && series.line != PlotLine::none;
-      style.marker = curve ? PlotMarker::none : kMarkers[number % kMarkers.size()];
+      style.marker = curve ? PlotMarker::none : kMarkers[shape % kMarkers.size()];
     }
     if (style.marker != PlotMarker::none) {
       style.marker_radius_px = (style.marker == PlotMarker::ring ? 0.52 : 0.31) * plot.text_px;

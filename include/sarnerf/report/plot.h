@@ -46,7 +46,7 @@ struct PlotSeries {
   PlotMarker marker = PlotMarker::automatic;
   PlotLine line = PlotLine::solid;
   bool emphasised = false;     ///< black and wider: the series that the plot is about
-  std::optional<int> colour{};  ///< number in the palette; open: the series' own number
+  std::optional<int> colour{};  ///< number in the palette; open: the next one
 };
 
 /// A few words beside a point.
