@@ -102,6 +102,38 @@ TEST_CASE("notes keep clear of markers where there is room") {
   }
 }
 
+TEST_CASE("a note amidst a crowd of markers moves out of it") {
+  Plot plot;
+  plot.x = {"", AxisScale::linear, 0.0, 100.0};
+  plot.y = {"", AxisScale::linear, 0.0, 100.0};
+  plot.series = {{"", {}}};
+  plot.series[0].line = PlotLine::none;
+  plot.series[0].marker = PlotMarker::square;
+  // Rows nearer to each other than a line of text is high.
+  for (int column = -4; column <= 4; ++column) {
+    for (int row = -4; row <= 4; ++row) plot.series[0].points.push_back({50.0 + 2.5 * column, 50.0 + 3.5 * row});
+  }
+  plot.notes = {{50.0, 50.0, "in the middle"}};
+  const auto all = parse_svg(svg(plot));
+  const auto notes = elements_of(all, "text", "notes");
+  REQUIRE(notes.size() == 1);
+  for (const SvgElement& path : elements_of(all, "path", "data")) {
+    for (const Spot& spot : points_of(path)) CHECK_FALSE(drawn_bounds(notes[0]).holds(spot));
+  }
+  CHECK(elements_of(all, "path", "notes").size() == 1);  // the line that leads to the point
+}
+
+TEST_CASE("wide labels at the ends of an axis stay within the picture") {
+  Plot plot;
+  plot.width_px = 400.0;
+  plot.height_px = 300.0;
+  plot.x = {"", AxisScale::linear, 1.2345e-7, 1.2346e-7};
+  plot.y = {"", AxisScale::linear, 0.0, 8.0};
+  check_texts(plot);
+  plot.x = {"", AxisScale::log, 1e-10, 1e90};
+  check_texts(plot);
+}
+
 TEST_CASE("a legend that finds no free corner stands beside the plot, a long one below") {
   Plot plot = work_precision(4, 20, 1);
   for (const double x : {0.2, 300.0}) {
@@ -117,7 +149,11 @@ TEST_CASE("a legend that finds no free corner stands beside the plot, a long one
   check_texts(plot);
   all = parse_svg(svg(plot));
   CHECK(all.front().number("height") > plot.height_px);
-  CHECK(elements_of(all, "text", "legend").size() == 40);
+  const auto legend = elements_of(all, "text", "legend"), labels = elements_of(all, "text", "labels");
+  CHECK(legend.size() == 40);
+  double lowest_label = 0.0;
+  for (const SvgElement& text : labels) lowest_label = std::max(lowest_label, drawn_bounds(text).y1);
+  for (const SvgElement& text : legend) CHECK(drawn_bounds(text).y0 > lowest_label);
 }
 
 TEST_CASE("long names break, and texts still keep apart") {

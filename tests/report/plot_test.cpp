@@ -186,9 +186,9 @@ TEST_CASE("56 series differ in colour or shape") {
 
 TEST_CASE("a front through points of other series hides none of them") {
   Plot plot = log_log();
-  plot.series = {{"a", {{1.0, 1.0}, {10.0, 0.1}}}, {"front", {{1.0, 1.0}, {10.0, 0.1}}}};
-  plot.series[1].marker = PlotMarker::ring;
-  plot.series[1].emphasised = true;
+  plot.series = {{"front", {{1.0, 1.0}, {10.0, 0.1}}}, {"a", {{1.0, 1.0}, {10.0, 0.1}}}};
+  plot.series[0].marker = PlotMarker::ring;
+  plot.series[0].emphasised = true;
   const auto paths = elements_of(drawn(plot), "path", "data");
   REQUIRE(paths.size() == 6);  // two lines, two discs, two rings, in this order
   CHECK(paths[4].attributes.at("fill") == "none");

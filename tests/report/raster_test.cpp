@@ -68,6 +68,14 @@ TEST_CASE("markers have their colour where the SVG says that they are") {
   CHECK(seen == 3);
 }
 
+TEST_CASE("a document without a background stands on white") {
+  const cv::Mat image =
+      decoded(png_of_svg("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4\" height=\"3\"/>"));
+  REQUIRE(image.type() == CV_8UC3);
+  CHECK((image.cols == 4 && image.rows == 3));
+  for (int row = 0; row < 3; ++row) CHECK(image.at<cv::Vec3b>(row, row) == cv::Vec3b(255, 255, 255));
+}
+
 TEST_CASE("the same picture gives the same bytes") {
   const std::string plot = svg(one_series(false));
   CHECK(png_of_svg(plot, 1.0) == png_of_svg(plot, 1.0));
