@@ -26,8 +26,8 @@ std::string text_of(double value) {
 
 void check(double value, AxisScale scale, const std::string& where) {
   if (!std::isfinite(value) || std::abs(value) > kLargest) {
-    throw UsageError(where + ": expected a number of magnitude up to 1e100, found " + text_of(value) +
-                     "; leave such points out of the plot");
+    throw UsageError(where + ": expected a number of magnitude up to 1e100, found " +
+                     text_of(value) + "; leave such points out of the plot");
   }
   if (scale == AxisScale::log && value < 1.0 / kLargest) {
     throw UsageError(where + ": expected a value above zero for a logarithmic axis, found " +
@@ -41,8 +41,10 @@ void check_limits(const PlotAxis& axis, const std::string& name) {
   if (!axis.low || !axis.high) return;
   const double least = kNarrowest * std::max(std::abs(*axis.low), std::abs(*axis.high));
   if (!(*axis.high - *axis.low >= least) || *axis.low == *axis.high) {
-    throw UsageError("plot: limits of " + name + ": expected an upper limit above the lower one by at least a "
-                     "millionth of it, found " + text_of(*axis.low) + " to " + text_of(*axis.high));
+    throw UsageError("plot: limits of " + name +
+                     ": expected an upper limit above the lower one by at least a "
+                     "millionth of it, found " +
+                     text_of(*axis.low) + " to " + text_of(*axis.high));
   }
 }
 
@@ -60,7 +62,8 @@ AxisRange linear_range(const PlotAxis& axis, Extent data) {
   // One value alone, or data on the far side of the given limit: some room on the open sides.
   const double least = kNarrowest * std::max(std::abs(low), std::abs(high));
   if (!(high - low > least)) {
-    const double room = low == 0.0 && high == 0.0 ? 1.0 : 0.1 * std::max(std::abs(low), std::abs(high));
+    const double room =
+        low == 0.0 && high == 0.0 ? 1.0 : 0.1 * std::max(std::abs(low), std::abs(high));
     if (!axis.high) high = std::max(high, low) + room;
     if (!axis.low) low = std::min(low, axis.high.value_or(low)) - room;
   }
@@ -83,7 +86,8 @@ AxisRange log_range(const PlotAxis& axis, Extent data) {
 AxisRange range(const PlotAxis& axis, const std::string& name, const Extent& data) {
   check_limits(axis, name);
   if (data.low > data.high && !(axis.low && axis.high)) {
-    throw UsageError("plot: expected at least one point, or both limits of both axes, found neither");
+    throw UsageError(
+        "plot: expected at least one point, or both limits of both axes, found neither");
   }
   return axis.scale == AxisScale::log ? log_range(axis, data) : linear_range(axis, data);
 }

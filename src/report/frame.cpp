@@ -27,10 +27,15 @@ double add_titles(Frame& frame, const Plot& plot) {
   double y = margin;
   const auto add = [&](const std::string& text, double size_px, bool bold, std::string_view colour,
                        std::size_t max_lines) {
-    for (std::string& line : wrap_text(clean_text(text), size_px, plot.width_px - 2.0 * margin,
-                                        max_lines, bold)) {
-      frame.texts.push_back({std::move(line), {margin, y + kAscent * size_px}, size_px, Anchor::start,
-                             colour, bold, false});
+    for (std::string& line :
+         wrap_text(clean_text(text), size_px, plot.width_px - 2.0 * margin, max_lines, bold)) {
+      frame.texts.push_back({std::move(line),
+                             {margin, y + kAscent * size_px},
+                             size_px,
+                             Anchor::start,
+                             colour,
+                             bold,
+                             false});
       y += kLineHeight * size_px;
     }
   };
@@ -42,7 +47,8 @@ double add_titles(Frame& frame, const Plot& plot) {
 /// As many labelled ticks as stand apart: `extent_px(label)` is what each takes along the axis of
 /// `length_px`.
 template <class Extent>
-std::vector<Tick> ticks_with_room(const AxisRange& range, double length_px, double gap_px, Extent extent_px) {
+std::vector<Tick> ticks_with_room(const AxisRange& range, double length_px, double gap_px,
+                                  Extent extent_px) {
   for (int most = kMostLabels;; --most) {
     auto found = ticks(range.scale, range.low, range.high, most);
     double end = -1e9;
@@ -69,8 +75,10 @@ Frame frame_of(const Plot& plot, double width_px) {
   frame.area.y0 = titles_end + (titles_end > margin ? 0.7 : 0.3) * em;
 
   const auto x_label = wrap_text(clean_text(plot.x.label), em, 0.75 * width_px, 2);
-  const double below = beside_tick + line + (x_label.empty() ? 0.0 : 0.25 * em) + double(x_label.size()) * line;
-  frame.area.y1 = std::max(plot.height_px - margin - below, frame.area.y0 + kLeastArea * plot.height_px);
+  const double below =
+      beside_tick + line + (x_label.empty() ? 0.0 : 0.25 * em) + double(x_label.size()) * line;
+  frame.area.y1 =
+      std::max(plot.height_px - margin - below, frame.area.y0 + kLeastArea * plot.height_px);
   frame.bottom_px = frame.area.y1 + below;
 
   frame.y_ticks = ticks_with_room(frame.y, frame.area.height(), 0.3 * em,
@@ -95,8 +103,11 @@ Frame frame_of(const Plot& plot, double width_px) {
   const double centred = 0.5 * kCapHeight * em;
   for (const Tick& tick : frame.y_ticks) {
     if (tick.label.empty()) continue;
-    frame.texts.push_back({tick.label, {frame.area.x0 - beside_tick, frame.y_px(tick.value) + centred},
-                           em, Anchor::end, kQuietInk});
+    frame.texts.push_back({tick.label,
+                           {frame.area.x0 - beside_tick, frame.y_px(tick.value) + centred},
+                           em,
+                           Anchor::end,
+                           kQuietInk});
   }
   double y = frame.area.y1 + beside_tick + kAscent * em;
   for (const Tick& tick : frame.x_ticks) {

@@ -31,8 +31,8 @@ Legend legend_of(const Plot& plot, double width_px, std::size_t max_columns) {
   std::vector<Name> names;
   double widest = 0.0;
   for (std::size_t s = 0; s < plot.series.size(); ++s) {
-    Name name{s, wrap_text(clean_text(plot.series[s].name), em, width_px - sample_px - 2.0 * kPadding * em,
-                           kMostLines)};
+    Name name{s, wrap_text(clean_text(plot.series[s].name), em,
+                           width_px - sample_px - 2.0 * kPadding * em, kMostLines)};
     if (name.lines.empty()) continue;
     for (const std::string& line : name.lines) widest = std::max(widest, text_width_px(line, em));
     name.height_px = (kEntryHeight + double(name.lines.size() - 1) * kLineHeight) * em;
@@ -42,8 +42,8 @@ Legend legend_of(const Plot& plot, double width_px, std::size_t max_columns) {
   if (names.empty()) return legend;
 
   const double column_px = sample_px + widest, step_px = column_px + kColumnGap * em;
-  const auto fitting = std::size_t(
-      std::max(1.0, (width_px - 2.0 * kPadding * em + kColumnGap * em) / step_px));
+  const auto fitting =
+      std::size_t(std::max(1.0, (width_px - 2.0 * kPadding * em + kColumnGap * em) / step_px));
   const std::size_t columns = std::min({fitting, max_columns, names.size()});
   const std::size_t rows = (names.size() + columns - 1) / columns;
 
@@ -70,7 +70,8 @@ Legend legend_of(const Plot& plot, double width_px, std::size_t max_columns) {
 
 Legend moved(Legend legend, Spot by) {
   const auto move = [&](Spot& spot) { spot = {spot.x + by.x, spot.y + by.y}; };
-  legend.box = {legend.box.x0 + by.x, legend.box.y0 + by.y, legend.box.x1 + by.x, legend.box.y1 + by.y};
+  legend.box = {legend.box.x0 + by.x, legend.box.y0 + by.y, legend.box.x1 + by.x,
+                legend.box.y1 + by.y};
   for (LegendEntry& entry : legend.entries) {
     move(entry.sample.from);
     move(entry.sample.to);

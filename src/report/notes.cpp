@@ -16,7 +16,8 @@ namespace {
 constexpr std::size_t kMostLines = 3;
 constexpr int kDirections = 24;
 /// Distances from the point to try, in text sizes.
-constexpr std::array<double, 11> kDistances{0.75, 1.2, 1.8, 2.6, 3.6, 5.0, 7.0, 9.0, 11.0, 14.0, 18.0};
+constexpr std::array<double, 11> kDistances{0.75, 1.2, 1.8,  2.6,  3.6, 5.0,
+                                            7.0,  9.0, 11.0, 14.0, 18.0};
 
 // What covering costs, in text sizes of distance.
 constexpr double kMarkerCost = 12.0;
@@ -79,8 +80,7 @@ PlacedNotes place_notes(const Plot& plot, const Frame& frame, const Obstacles& o
     if (lines.empty() || !frame.shows(point)) continue;
     double width = 0.0;
     for (const std::string& line : lines) width = std::max(width, text_width_px(line, em));
-    const double height =
-        (kAscent + kDescent + kLineHeight * double(lines.size() - 1)) * em;
+    const double height = (kAscent + kDescent + kLineHeight * double(lines.size() - 1)) * em;
     const Spot spot = frame.spot(point);
 
     std::optional<Rect> best;
@@ -92,8 +92,9 @@ PlacedNotes place_notes(const Plot& plot, const Frame& frame, const Obstacles& o
         const double c = std::cos(angle), s = -std::sin(angle);
         // Beside the point at that distance, whatever the note's size: its centre moves from a
         // side's middle to a corner with the direction.
-        const Spot centre{spot.x + distance * em * c + 0.5 * width * std::clamp(1.6 * c, -1.0, 1.0),
-                          spot.y + distance * em * s + 0.5 * height * std::clamp(1.6 * s, -1.0, 1.0)};
+        const Spot centre{
+            spot.x + distance * em * c + 0.5 * width * std::clamp(1.6 * c, -1.0, 1.0),
+            spot.y + distance * em * s + 0.5 * height * std::clamp(1.6 * s, -1.0, 1.0)};
         const Rect box{centre.x - 0.5 * width, centre.y - 0.5 * height, centre.x + 0.5 * width,
                        centre.y + 0.5 * height};
         if (!frame.area.holds(box.grown(0.15 * em))) continue;
@@ -115,7 +116,7 @@ PlacedNotes place_notes(const Plot& plot, const Frame& frame, const Obstacles& o
     PlacedNote result{*best, {}, leader_of(*best, spot, em)};
     double baseline = best->y0 + kAscent * em;
     // Lines lie against the side that faces the point.
-    const bool leftwards = best->x1 < spot.x, rightwards = best->x0 > spot.x;
+    const bool leftwards = best->x1<spot.x, rightwards = best->x0> spot.x;
     const Anchor anchor = leftwards ? Anchor::end : rightwards ? Anchor::start : Anchor::middle;
     const double x = leftwards ? best->x1 : rightwards ? best->x0 : 0.5 * (best->x0 + best->x1);
     for (std::string& line : lines) {

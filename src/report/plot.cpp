@@ -18,19 +18,24 @@ constexpr double kLeastText_px = 12.0, kLargestSide_px = 16384.0;
 
 void check_size(const Plot& plot) {
   if (!(plot.text_px >= kLeastText_px)) {
-    throw UsageError("plot: expected text of at least 12 pixels, found " + std::to_string(plot.text_px));
+    throw UsageError("plot: expected text of at least 12 pixels, found " +
+                     std::to_string(plot.text_px));
   }
   const double least_width = kLeastWidth * plot.text_px, least_height = kLeastHeight * plot.text_px;
   if (!(plot.width_px >= least_width && plot.height_px >= least_height &&
         plot.width_px <= kLargestSide_px && plot.height_px <= kLargestSide_px)) {
-    throw UsageError("plot: expected a size from " + std::to_string(least_width) + " x " + std::to_string(least_height) +
-                     " (for this text size) to 16384 x 16384 pixels, found " + std::to_string(plot.width_px) + " x " +
-                     std::to_string(plot.height_px));
+    const auto size = [](double width_px, double height_px) {
+      return std::to_string(width_px) + " x " + std::to_string(height_px);
+    };
+    throw UsageError("plot: expected a size from " + size(least_width, least_height) +
+                     " (for this text size) to 16384 x 16384 pixels, found " +
+                     size(plot.width_px, plot.height_px));
   }
 }
 
 std::string stroke_paint(std::string_view colour, double width_px) {
-  return "fill=\"none\" stroke=\"" + std::string(colour) + "\" stroke-width=\"" + number(width_px) + '"';
+  return "fill=\"none\" stroke=\"" + std::string(colour) + "\" stroke-width=\"" + number(width_px) +
+         '"';
 }
 
 void draw_grid(SvgWriter& out, const Frame& frame, double unit_px) {
@@ -51,7 +56,9 @@ void draw_axes(SvgWriter& out, const Frame& frame, double em, double unit_px) {
   const Rect& area = frame.area;
   std::string lines = path_of({{area.x0, area.y0}, {area.x0, area.y1}}) +
                       path_of({{area.x0, area.y1}, {area.x1, area.y1}});
-  const auto length = [&](const Tick& tick) { return (tick.label.empty() ? 0.55 : 1.0) * kTickLength * em; };
+  const auto length = [&](const Tick& tick) {
+    return (tick.label.empty() ? 0.55 : 1.0) * kTickLength * em;
+  };
   for (const Tick& tick : frame.x_ticks) {
     const double x = frame.x_px(tick.value);
     lines += path_of({{x, area.y1}, {x, area.y1 + length(tick)}});
@@ -69,13 +76,14 @@ std::string joined(const std::vector<Stroke>& strokes) {
   for (std::size_t s = 0; s < strokes.size(); ++s) {
     const bool goes_on = s > 0 && number(strokes[s - 1].to.x) == number(strokes[s].from.x) &&
                          number(strokes[s - 1].to.y) == number(strokes[s].from.y);
-    path += goes_on ? 'L' + number(strokes[s].to.x) + ' ' + number(strokes[s].to.y) : path_of(strokes[s]);
+    path += goes_on ? 'L' + number(strokes[s].to.x) + ' ' + number(strokes[s].to.y)
+                    : path_of(strokes[s]);
   }
   return path;
 }
 
-void draw_bars(SvgWriter& out, const PlotSeries& series, const SeriesStyle& style, const Frame& frame,
-               double em, double unit_px) {
+void draw_bars(SvgWriter& out, const PlotSeries& series, const SeriesStyle& style,
+               const Frame& frame, double em, double unit_px) {
   std::string path;
   for (const PlotPoint& point : series.points) {
     for (const Stroke& bar : bar_of(point, frame)) {
@@ -88,8 +96,8 @@ void draw_bars(SvgWriter& out, const PlotSeries& series, const SeriesStyle& styl
   out.path(path, stroke_paint(style.colour, 1.2 * unit_px) + " stroke-opacity=\"0.7\"");
 }
 
-void draw_markers(SvgWriter& out, const PlotSeries& series, const SeriesStyle& style, const Frame& frame,
-                  double unit_px) {
+void draw_markers(SvgWriter& out, const PlotSeries& series, const SeriesStyle& style,
+                  const Frame& frame, double unit_px) {
   for (const PlotPoint& point : series.points) {
     if (!frame.shows(point)) continue;
     out.path(marker_path(style.marker, frame.spot(point), style.marker_radius_px),
@@ -98,8 +106,8 @@ void draw_markers(SvgWriter& out, const PlotSeries& series, const SeriesStyle& s
 }
 
 /// Bars under lines under markers; what is emphasised above the rest of its kind, rings above all.
-void draw_data(SvgWriter& out, const Plot& plot, const std::vector<SeriesStyle>& styles, const Frame& frame,
-               double unit_px) {
+void draw_data(SvgWriter& out, const Plot& plot, const std::vector<SeriesStyle>& styles,
+               const Frame& frame, double unit_px) {
   for (std::size_t s = 0; s < styles.size(); ++s) {
     draw_bars(out, plot.series[s], styles[s], frame, plot.text_px, unit_px);
   }
@@ -129,7 +137,8 @@ void draw_legend(SvgWriter& out, const PlotLayout& layout, const std::vector<Ser
     const Stroke& sample = entry.sample;
     if (style.line != PlotLine::none) out.path(path_of(sample), line_paint(style, unit_px));
     const Spot middle{0.5 * (sample.from.x + sample.to.x), sample.from.y};
-    out.path(marker_path(style.marker, middle, style.marker_radius_px), marker_paint(style, unit_px));
+    out.path(marker_path(style.marker, middle, style.marker_radius_px),
+             marker_paint(style, unit_px));
     for (const PlacedText& line : entry.lines) out.text(line);
   }
   out.end_group();

@@ -17,7 +17,8 @@ namespace {
 constexpr double kWidestInside = 0.45;
 constexpr double kWidestRight = 0.34;
 
-Obstacles obstacles_of(const Plot& plot, const std::vector<SeriesStyle>& styles, const Frame& frame) {
+Obstacles obstacles_of(const Plot& plot, const std::vector<SeriesStyle>& styles,
+                       const Frame& frame) {
   Obstacles found;
   for (std::size_t s = 0; s < plot.series.size(); ++s) {
     const PlotSeries& series = plot.series[s];
@@ -35,7 +36,8 @@ Obstacles obstacles_of(const Plot& plot, const std::vector<SeriesStyle>& styles,
   return found;
 }
 
-bool covers_nothing(const Rect& box, const Plot& plot, const Frame& frame, const Obstacles& obstacles) {
+bool covers_nothing(const Rect& box, const Plot& plot, const Frame& frame,
+                    const Obstacles& obstacles) {
   const auto on_box = [&](const auto& obstacle) {
     if constexpr (std::is_same_v<std::decay_t<decltype(obstacle)>, Rect>) {
       return overlap(box, obstacle);
@@ -51,13 +53,14 @@ bool covers_nothing(const Rect& box, const Plot& plot, const Frame& frame, const
 }
 
 /// The legend in the first corner where it covers nothing, upper right first.
-std::optional<Legend> legend_inside(const Plot& plot, const Frame& frame, const Obstacles& obstacles) {
+std::optional<Legend> legend_inside(const Plot& plot, const Frame& frame,
+                                    const Obstacles& obstacles) {
   const double em = plot.text_px;
   const Legend legend = legend_of(plot, kWidestInside * frame.area.width(), 1);
   const Rect room = frame.area.grown(-0.5 * em);
   const double right = room.x1 - legend.box.width(), lower = room.y1 - legend.box.height();
-  for (const Spot corner : {Spot{right, room.y0}, Spot{room.x0, room.y0}, Spot{room.x0, lower},
-                            Spot{right, lower}}) {
+  for (const Spot corner :
+       {Spot{right, room.y0}, Spot{room.x0, room.y0}, Spot{room.x0, lower}, Spot{right, lower}}) {
     Legend there = moved(legend, corner);
     if (!room.grown(1e-6).holds(there.box)) return std::nullopt;
     if (covers_nothing(there.box.grown(0.3 * em), plot, frame, obstacles)) return there;
@@ -118,9 +121,13 @@ PlotLayout lay_out(const Plot& plot, const std::vector<SeriesStyle>& styles) {
 
   double bottom = std::max(layout.frame.bottom_px, layout.legend.box.y1);
   if (const std::size_t n = layout.notes.n_omitted; n > 0) {
-    const std::string remark = std::to_string(n) + (n == 1 ? " note" : " notes") + " left out for want of room";
-    layout.remarks.push_back({remark, {layout.frame.area.x0, bottom + (0.3 + kAscent) * em}, em,
-                              Anchor::start, kQuietInk});
+    const std::string remark =
+        std::to_string(n) + (n == 1 ? " note" : " notes") + " left out for want of room";
+    layout.remarks.push_back({remark,
+                              {layout.frame.area.x0, bottom + (0.3 + kAscent) * em},
+                              em,
+                              Anchor::start,
+                              kQuietInk});
     bottom += (0.3 + kLineHeight) * em;
   }
   layout.height_px = std::max(plot.height_px, bottom + kMargin * em);

@@ -63,13 +63,15 @@ std::vector<std::byte> png_of_svg(const std::string& svg, double scale) {
   double width = 0.0, height = 0.0;
   if (!rsvg_handle_get_intrinsic_size_in_pixels(handle.get(), &width, &height) || !(width > 0.0) ||
       !(height > 0.0)) {
-    throw InputError("picture: expected an SVG document with a width and a height in pixels, found none");
+    throw InputError(
+        "picture: expected an SVG document with a width and a height in pixels, found none");
   }
   width = std::ceil(width * scale);
   height = std::ceil(height * scale);
   if (!(width <= kLargestSide && height <= kLargestSide && width * height <= kMostPixels)) {
-    throw UsageError("picture: expected at most 32767 pixels a side and 256 million in all, found " +
-                     number(width) + " x " + number(height) + "; choose a smaller scale");
+    throw UsageError(
+        "picture: expected at most 32767 pixels a side and 256 million in all, found " +
+        number(width) + " x " + number(height) + "; choose a smaller scale");
   }
 
   const Owned<cairo_surface_t> surface(

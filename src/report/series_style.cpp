@@ -36,18 +36,15 @@ std::string polygon(Spot centre, double radius_px, int corners, double first_rad
 /// A bold plus, turned by `angle_rad`.
 std::string bars(Spot centre, double reach_px, double angle_rad) {
   const double half = 0.34 * reach_px;
-  constexpr std::array<std::array<int, 2>, 12> kCorners{
-      {{1, 2}, {1, 1}, {2, 1}, {2, -1}, {1, -1}, {1, -2}, {-1, -2}, {-1, -1}, {-2, -1}, {-2, 1},
-       {-1, 1}, {-1, 2}}};
-  const auto along = [&](int corner) {
-    return (corner < 0 ? -1.0 : 1.0) * (std::abs(corner) == 2 ? reach_px : half);
-  };
-  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
   std::string path;
-  for (const auto& [u, v] : kCorners) {
-    path += path.empty() ? 'M' : 'L';
-    path += number(centre.x + c * along(u) - s * along(v)) + ' ' +
-            number(centre.y + s * along(u) + c * along(v));
+  for (int arm = 0; arm < 4; ++arm) {
+    const double angle = angle_rad + 0.5 * std::numbers::pi * arm;
+    const double c = std::cos(angle), s = std::sin(angle);
+    // The arm's two outer corners, and the inner one before the next arm.
+    for (const Spot p : {Spot{reach_px, -half}, Spot{reach_px, half}, Spot{half, half}}) {
+      path += path.empty() ? 'M' : 'L';
+      path += number(centre.x + c * p.x - s * p.y) + ' ' + number(centre.y + s * p.x + c * p.y);
+    }
   }
   return path + 'Z';
 }
@@ -83,24 +80,31 @@ std::vector<SeriesStyle> series_styles(const Plot& plot) {
 std::string marker_path(PlotMarker marker, Spot centre, double radius_px) {
   constexpr double kQuarter = 0.5 * std::numbers::pi;
   switch (marker) {
-    case PlotMarker::square: return polygon(centre, 1.25 * radius_px, 4, 0.5 * kQuarter);
-    case PlotMarker::diamond: return polygon(centre, 1.3 * radius_px, 4, 0.0);
+    case PlotMarker::square:
+      return polygon(centre, 1.25 * radius_px, 4, 0.5 * kQuarter);
+    case PlotMarker::diamond:
+      return polygon(centre, 1.3 * radius_px, 4, 0.0);
     case PlotMarker::triangle:
       return polygon({centre.x, centre.y + 0.2 * radius_px}, 1.4 * radius_px, 3, -kQuarter);
     case PlotMarker::triangle_down:
       return polygon({centre.x, centre.y - 0.2 * radius_px}, 1.4 * radius_px, 3, kQuarter);
-    case PlotMarker::pentagon: return polygon(centre, 1.15 * radius_px, 5, -kQuarter);
-    case PlotMarker::plus: return bars(centre, 1.2 * radius_px, 0.0);
-    case PlotMarker::cross: return bars(centre, 1.2 * radius_px, 0.5 * kQuarter);
-    case PlotMarker::none: return {};
+    case PlotMarker::pentagon:
+      return polygon(centre, 1.15 * radius_px, 5, -kQuarter);
+    case PlotMarker::plus:
+      return bars(centre, 1.2 * radius_px, 0.0);
+    case PlotMarker::cross:
+      return bars(centre, 1.2 * radius_px, 0.5 * kQuarter);
+    case PlotMarker::none:
+      return {};
     case PlotMarker::automatic:
     case PlotMarker::ring:
-    case PlotMarker::circle: break;
+    case PlotMarker::circle:
+      break;
   }
   const std::string r = number(radius_px), across = number(2.0 * radius_px);
   const std::string arc = "a" + r + ' ' + r + " 0 1 0 ";
-  return 'M' + number(centre.x - radius_px) + ' ' + number(centre.y) + arc + across + " 0" + arc + '-' +
-         across + " 0Z";
+  return 'M' + number(centre.x - radius_px) + ' ' + number(centre.y) + arc + across + " 0" + arc +
+         '-' + across + " 0Z";
 }
 
 std::string marker_paint(const SeriesStyle& style, double unit_px) {
@@ -115,7 +119,8 @@ std::string marker_paint(const SeriesStyle& style, double unit_px) {
 
 std::string line_paint(const SeriesStyle& style, double unit_px) {
   std::string paint = "fill=\"none\" stroke=\"" + std::string(style.colour) + "\" stroke-width=\"" +
-                      number((style.emphasised ? 2.0 : 1.7) * unit_px) + "\" stroke-linejoin=\"round\"";
+                      number((style.emphasised ? 2.0 : 1.7) * unit_px) +
+                      "\" stroke-linejoin=\"round\"";
   if (style.line == PlotLine::dashed) {
     paint += " stroke-dasharray=\"" + number(6.0 * unit_px) + ' ' + number(4.0 * unit_px) + '"';
   }

@@ -34,20 +34,31 @@ std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&apos;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&apos;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
 }
 
 std::string path_of(const Stroke& stroke) {
-  return "M" + number(stroke.from.x) + ' ' + number(stroke.from.y) + 'L' + number(stroke.to.x) + ' ' +
-         number(stroke.to.y);
+  return "M" + number(stroke.from.x) + ' ' + number(stroke.from.y) + 'L' + number(stroke.to.x) +
+         ' ' + number(stroke.to.y);
 }
 
 SvgWriter::SvgWriter(double width_px, double height_px, std::string_view label) {
@@ -60,31 +71,48 @@ SvgWriter::SvgWriter(double width_px, double height_px, std::string_view label) 
 void SvgWriter::rect(const Rect& rect, std::string_view fill, std::string_view stroke,
                      double opacity) {
   out_ += "<rect x=\"" + number(rect.x0) + "\" y=\"" + number(rect.y0) + "\" width=\"" +
-          number(rect.width()) + "\" height=\"" + number(rect.height()) + "\" fill=\"";
-  out_ += fill;
-  if (opacity < 1.0) out_ += "\" fill-opacity=\"" + number(opacity);
-  if (stroke != "none") (out_ += "\" stroke=\"") += stroke;
-  out_ += "\"/>\n";
+          number(rect.width()) + "\" height=\"" + number(rect.height()) + '"';
+  attribute("fill", fill);
+  if (opacity < 1.0) attribute("fill-opacity", number(opacity));
+  if (stroke != "none") attribute("stroke", stroke);
+  out_ += "/>\n";
 }
 
 void SvgWriter::path(std::string_view path, std::string_view paint) {
   if (path.empty()) return;
-  ((((out_ += "<path d=\"") += path) += "\" ") += paint) += "/>\n";
+  out_ += "<path";
+  attribute("d", path);
+  out_ += ' ';
+  out_ += paint;
+  out_ += "/>\n";
 }
 
 void SvgWriter::text(const PlacedText& text) {
   const std::string x = number(text.at.x), y = number(text.at.y);
-  out_ += "<text x=\"" + x + "\" y=\"" + y + "\" font-size=\"" + number(text.size_px) + '"';
-  if (text.anchor == Anchor::middle) out_ += " text-anchor=\"middle\"";
-  if (text.anchor == Anchor::end) out_ += " text-anchor=\"end\"";
-  if (text.bold) out_ += " font-weight=\"bold\"";
-  if (text.upwards) out_ += " transform=\"rotate(-90 " + x + ' ' + y + ")\"";
-  if (!text.colour.empty()) ((out_ += " fill=\"") += text.colour) += '"';
+  out_ += "<text";
+  attribute("x", x);
+  attribute("y", y);
+  attribute("font-size", number(text.size_px));
+  if (text.anchor == Anchor::middle) attribute("text-anchor", "middle");
+  if (text.anchor == Anchor::end) attribute("text-anchor", "end");
+  if (text.bold) attribute("font-weight", "bold");
+  if (text.upwards) attribute("transform", "rotate(-90 " + x + ' ' + y + ')');
+  if (!text.colour.empty()) attribute("fill", text.colour);
   out_ += '>' + escaped(text.text) + "</text>\n";
 }
 
 void SvgWriter::begin_group(std::string_view name) {
-  ((out_ += "<g class=\"") += name) += "\">\n";
+  out_ += "<g";
+  attribute("class", name);
+  out_ += ">\n";
+}
+
+void SvgWriter::attribute(std::string_view name, std::string_view value) {
+  out_ += ' ';
+  out_ += name;
+  out_ += "=\"";
+  out_ += value;
+  out_ += '"';
 }
 
 void SvgWriter::end_group() { out_ += "</g>\n"; }

@@ -50,6 +50,8 @@ class SvgWriter {
   std::string finish();
 
  private:
+  void attribute(std::string_view name, std::string_view value);
+
   std::string out_;
 };
 

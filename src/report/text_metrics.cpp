@@ -19,12 +19,12 @@ constexpr double kUnitsPerEm = 2048.0;
 
 /// Advance widths of DejaVu Sans, from the space to the tilde.
 constexpr std::array<int, 95> kAsciiWidths{
-    651, 821, 942, 1716, 1303, 1946, 1597, 563, 799, 799, 1024, 1716, 651, 739, 651, 690, 1303,
-    1303, 1303, 1303, 1303, 1303, 1303, 1303, 1303, 1303, 690, 690, 1716, 1716, 1716, 1087, 2048,
-    1401, 1405, 1430, 1577, 1294, 1178, 1587, 1540, 604, 604, 1343, 1141, 1767, 1532, 1612, 1235,
-    1612, 1423, 1300, 1251, 1499, 1401, 2025, 1403, 1251, 1403, 799, 690, 799, 1716, 1024, 1024,
-    1255, 1300, 1126, 1300, 1260, 721, 1300, 1298, 569, 569, 1186, 569, 1995, 1298, 1253, 1300,
-    1300, 842, 1067, 803, 1298, 1212, 1675, 1212, 1212, 1075, 1303, 690, 1303, 1716};
+    651,  821,  942,  1716, 1303, 1946, 1597, 563,  799,  799,  1024, 1716, 651,  739,  651,  690,
+    1303, 1303, 1303, 1303, 1303, 1303, 1303, 1303, 1303, 1303, 690,  690,  1716, 1716, 1716, 1087,
+    2048, 1401, 1405, 1430, 1577, 1294, 1178, 1587, 1540, 604,  604,  1343, 1141, 1767, 1532, 1612,
+    1235, 1612, 1423, 1300, 1251, 1499, 1401, 2025, 1403, 1251, 1403, 799,  690,  799,  1716, 1024,
+    1024, 1255, 1300, 1126, 1300, 1260, 721,  1300, 1298, 569,  569,  1186, 569,  1995, 1298, 1253,
+    1300, 1300, 842,  1067, 803,  1298, 1212, 1675, 1212, 1212, 1075, 1303, 690,  1303, 1716};
 
 /// One code point and its length in bytes; length 0 when the bytes are not UTF-8.
 struct CodePoint {
@@ -33,7 +33,9 @@ struct CodePoint {
 };
 
 CodePoint code_point_at(std::string_view text, std::size_t at) {
-  const auto byte = [&](std::size_t n) { return std::uint32_t(static_cast<unsigned char>(text[n])); };
+  const auto byte = [&](std::size_t n) {
+    return std::uint32_t(static_cast<unsigned char>(text[n]));
+  };
   const std::uint32_t lead = byte(at);
   if (lead < 0x80) return {lead, 1};
   const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
@@ -52,12 +54,22 @@ CodePoint code_point_at(std::string_view text, std::size_t at) {
 int width_of(std::uint32_t c) {
   if (c >= 0x20 && c <= 0x7E) return kAsciiWidths[c - 0x20];
   switch (c) {
-    case 0xB7: return 651;                // ·
-    case 0xB0: case 0x2013: return 1024;  // ° –
-    case 0xB5: return 1303;               // µ
-    case 0xD7: case 0x2212: return 1716;  // × −
-    case 0xB9: case 0xB2: case 0xB3: return 821;
-    default: break;
+    case 0xB7:
+      return 651;  // ·
+    case 0xB0:
+    case 0x2013:
+      return 1024;  // ° –
+    case 0xB5:
+      return 1303;  // µ
+    case 0xD7:
+    case 0x2212:
+      return 1716;  // × −
+    case 0xB9:
+    case 0xB2:
+    case 0xB3:
+      return 821;
+    default:
+      break;
   }
   if (c >= 0x2070 && c <= 0x209F) return 1082;  // superscripts and subscripts
   if (c >= 0x370 && c <= 0x3FF) return 1800;    // Greek
@@ -87,7 +99,8 @@ std::string clean_text(std::string_view text) {
     }
     if (value == '\t' || value == '\n' || value == '\r' || value == ' ') {
       clean += ' ';
-    } else if (value < 0x20 || (value >= 0x7F && value < 0xA0) || value == 0xFFFE || value == 0xFFFF) {
+    } else if (value < 0x20 || (value >= 0x7F && value < 0xA0) || value == 0xFFFE ||
+               value == 0xFFFF) {
       clean += kReplacement;
     } else {
       clean += text.substr(at, length);

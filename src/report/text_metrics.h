@@ -17,8 +17,8 @@ inline constexpr double kCapHeight = 0.73;
 /// The text as valid UTF-8 of characters that XML allows: others become U+FFFD, white space a space.
 std::string clean_text(std::string_view text);
 
-/// Upper bound of the width (pixels) of a clean text of ordinary characters set in DejaVu Sans, the widest of the fonts that plots
-/// name, at `size_px`. Exact for ASCII in regular weight but for kerning.
+/// Upper bound of the width (pixels) of a clean text of ordinary characters at `size_px` in DejaVu Sans, the
+/// widest of the fonts that plots name. Exact for ASCII in regular weight but for kerning.
 double text_width_px(std::string_view clean, double size_px, bool bold = false);
 
 /// A clean text in lines of at most `width_px`, broken at spaces and, where a word alone is too long, within

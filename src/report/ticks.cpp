@@ -9,20 +9,21 @@
 namespace sarnerf {
 namespace {
 
-const std::string kMinus = "\xE2\x88\x92";     // −
-const std::string kTimesTen = "\xC2\xB7" "10";  // ·10
+const std::string kMinus = "\xE2\x88\x92";  // −
+const std::string kTimesTen =
+    "\xC2\xB7"
+    "10";  // ·10
 
 /// m × 10^e, correctly rounded wherever 10^|e| is exact: 3 × 10⁻¹ is 0.3 and not 3 × 0.1.
-double scaled(double m, int e) {
-  return e < 0 ? m / std::pow(10.0, -e) : m * std::pow(10.0, e);
-}
+double scaled(double m, int e) { return e < 0 ? m / std::pow(10.0, -e) : m * std::pow(10.0, e); }
 
 std::string superscript(int exponent) {
   static const std::array<std::string, 10> digits{
       "\xE2\x81\xB0", "\xC2\xB9",     "\xC2\xB2",     "\xC2\xB3",     "\xE2\x81\xB4",
       "\xE2\x81\xB5", "\xE2\x81\xB6", "\xE2\x81\xB7", "\xE2\x81\xB8", "\xE2\x81\xB9"};
   std::string text = exponent < 0 ? "\xE2\x81\xBB" : "";
-  for (const char digit : std::to_string(std::abs(exponent))) text += digits[std::size_t(digit - '0')];
+  for (const char digit : std::to_string(std::abs(exponent)))
+    text += digits[std::size_t(digit - '0')];
   return text;
 }
 
@@ -66,7 +67,8 @@ bool within(double value, double low, double high) {
 /// 1, 2, 5 times 10^e within the limits, or whichever multiples are asked for.
 std::vector<Place> multiples(double low, double high, std::initializer_list<int> of) {
   std::vector<Place> places;
-  const int first = int(std::floor(std::log10(low))) - 1, last = int(std::ceil(std::log10(high))) + 1;
+  const int first = int(std::floor(std::log10(low))) - 1,
+            last = int(std::ceil(std::log10(high))) + 1;
   for (int e = first; e <= last; ++e) {
     for (const int m : of) {
       if (within(scaled(m, e), low, high)) places.push_back({m, e});
@@ -115,8 +117,8 @@ std::vector<Tick> linear_ticks(double low, double high, int most_labels) {
       const bool plain = largest < 1e6 && (e > -6 || largest >= 1e-3);
       std::vector<Tick> ticks;
       for (long long n = first; n <= last; ++n) {
-        ticks.push_back({scaled(double(n * m), e),
-                         plain ? plain_label(n * m, e) : power_label(n * m, e)});
+        ticks.push_back(
+            {scaled(double(n * m), e), plain ? plain_label(n * m, e) : power_label(n * m, e)});
       }
       return ticks;
     }
@@ -148,7 +150,8 @@ std::vector<Tick> log_ticks(double low, double high, int most_labels) {
   } else {
     ticks = linear_ticks(low, high, most_labels);
   }
-  std::sort(ticks.begin(), ticks.end(), [](const Tick& a, const Tick& b) { return a.value < b.value; });
+  std::sort(ticks.begin(), ticks.end(),
+            [](const Tick& a, const Tick& b) { return a.value < b.value; });
   return ticks;
 }
 

@@ -25,8 +25,9 @@ Plot work_precision(int n_series, int n_points, unsigned seed) {
     series.line = s % 2 ? PlotLine::solid : PlotLine::none;
     for (int p = 0; p < n_points; ++p) {
       const double t = 0.2 * std::pow(1500.0, p / double(n_points));
-      series.points.push_back({t * std::exp(0.2 * noise(random)),
-                               20.0 * std::pow(t / 0.2, -0.5 - 0.4 * s / n_series) * std::exp(noise(random))});
+      series.points.push_back(
+          {t * std::exp(0.2 * noise(random)),
+           20.0 * std::pow(t / 0.2, -0.5 - 0.4 * s / n_series) * std::exp(noise(random))});
     }
     plot.series.push_back(series);
   }
@@ -57,7 +58,8 @@ bool check_legend(const Plot& plot) {
   const auto all = parse_svg(svg(plot));
   const auto boxes = elements_of(all, "rect", "legend");
   if (boxes.empty()) return false;
-  const Rect box{boxes[0].number("x"), boxes[0].number("y"), boxes[0].number("x") + boxes[0].number("width"),
+  const Rect box{boxes[0].number("x"), boxes[0].number("y"),
+                 boxes[0].number("x") + boxes[0].number("width"),
                  boxes[0].number("y") + boxes[0].number("height")};
   for (const SvgElement& path : elements_of(all, "path", "data")) {
     for (const Spot& spot : points_of(path)) CHECK_FALSE(box.holds(spot));
@@ -88,7 +90,8 @@ TEST_CASE("a usual diagram has its legend inside, at both sizes") {
 TEST_CASE("notes keep clear of markers where there is room") {
   Plot plot = work_precision(2, 10, 1);
   for (const std::size_t p : {0u, 4u, 9u}) {
-    plot.notes.push_back({plot.series[0].points[p].x, plot.series[0].points[p].y, "setting " + std::to_string(p)});
+    plot.notes.push_back(
+        {plot.series[0].points[p].x, plot.series[0].points[p].y, "setting " + std::to_string(p)});
   }
   check_texts(plot);
   const auto all = parse_svg(svg(plot));
@@ -111,7 +114,8 @@ TEST_CASE("a note amidst a crowd of markers moves out of it") {
   plot.series[0].marker = PlotMarker::square;
   // Rows nearer to each other than a line of text is high.
   for (int column = -4; column <= 4; ++column) {
-    for (int row = -4; row <= 4; ++row) plot.series[0].points.push_back({50.0 + 2.5 * column, 50.0 + 3.5 * row});
+    for (int row = -4; row <= 4; ++row)
+      plot.series[0].points.push_back({50.0 + 2.5 * column, 50.0 + 3.5 * row});
   }
   plot.notes = {{50.0, 50.0, "in the middle"}};
   const auto all = parse_svg(svg(plot));
@@ -145,19 +149,23 @@ TEST_CASE("a legend that finds no free corner stands beside the plot, a long one
   CHECK(all.front().number("height") == plot.height_px);
   CHECK(elements_of(all, "text", "legend").size() == 4);
 
-  for (int s = 4; s < 40; ++s) plot.series.push_back({"method " + std::to_string(s), plot.series[1].points});
+  for (int s = 4; s < 40; ++s)
+    plot.series.push_back({"method " + std::to_string(s), plot.series[1].points});
   check_texts(plot);
   all = parse_svg(svg(plot));
   CHECK(all.front().number("height") > plot.height_px);
-  const auto legend = elements_of(all, "text", "legend"), labels = elements_of(all, "text", "labels");
+  const auto legend = elements_of(all, "text", "legend"),
+             labels = elements_of(all, "text", "labels");
   CHECK(legend.size() == 40);
   double lowest_label = 0.0;
-  for (const SvgElement& text : labels) lowest_label = std::max(lowest_label, drawn_bounds(text).y1);
+  for (const SvgElement& text : labels)
+    lowest_label = std::max(lowest_label, drawn_bounds(text).y1);
   for (const SvgElement& text : legend) CHECK(drawn_bounds(text).y0 > lowest_label);
 }
 
 TEST_CASE("long names break, and texts still keep apart") {
-  for (const std::string& word : {std::string(400, 'W'), std::string(400, 'i'), std::string("élévation_Щ")}) {
+  for (const std::string& word :
+       {std::string(400, 'W'), std::string(400, 'i'), std::string("élévation_Щ")}) {
     Plot plot = work_precision(9, 12, 3);
     std::string sentence;
     for (int n = 0; n < 12; ++n) sentence += word.substr(0, 40) + ' ';
@@ -203,12 +211,15 @@ TEST_CASE("whatever the ranges and sizes, texts keep apart and within the pictur
     plot.x.scale = n % 4 < 2 ? AxisScale::log : AxisScale::linear;
     plot.y.scale = n % 8 < 4 ? AxisScale::log : AxisScale::linear;
     const double x0 = std::pow(10.0, exponent(random)), y0 = std::pow(10.0, exponent(random));
-    const double x_span = std::pow(10.0, 0.5 * exponent(random)), y_span = std::pow(10.0, 0.5 * exponent(random));
+    const double x_span = std::pow(10.0, 0.5 * exponent(random)),
+                 y_span = std::pow(10.0, 0.5 * exponent(random));
     const int n_series = 1 + int(12.0 * unit(random));
     for (int s = 0; s < n_series; ++s) {
-      PlotSeries series{unit(random) < 0.2 ? "" : std::string(std::size_t(1 + 30.0 * unit(random)), 'n'), {}};
+      PlotSeries series{
+          unit(random) < 0.2 ? "" : std::string(std::size_t(1 + 30.0 * unit(random)), 'n'), {}};
       for (int p = 0; p < 15; ++p) {
-        series.points.push_back({x0 * (1.0 + x_span * unit(random)), y0 * (1.0 + y_span * unit(random))});
+        series.points.push_back(
+            {x0 * (1.0 + x_span * unit(random)), y0 * (1.0 + y_span * unit(random))});
       }
       if (plot.y.scale == AxisScale::linear) series.points[0].y *= -1.0;
       const PlotPoint& at = series.points[7];

@@ -36,9 +36,11 @@ double label_x(const std::vector<SvgElement>& all, const std::string& label) {
 
 std::vector<SvgElement> circles(const std::vector<SvgElement>& all) {
   auto found = elements_of(all, "path", "data");
-  found.erase(std::remove_if(found.begin(), found.end(), [](const SvgElement& path) {
-    return path.attributes.at("d").find('a') == std::string::npos;
-  }), found.end());
+  found.erase(std::remove_if(found.begin(), found.end(),
+                             [](const SvgElement& path) {
+                               return path.attributes.at("d").find('a') == std::string::npos;
+                             }),
+              found.end());
   return found;
 }
 
@@ -129,7 +131,8 @@ TEST_CASE("beyond the limits there are no markers, and lines end at the frame") 
   const auto line = points_of(elements_of(all, "path", "data").front());
   CHECK(line.size() >= 4);
   for (const Spot& p : line) {
-    CHECK((p.x >= low.x - 0.02 && p.x <= high.x + 0.02 && p.y <= low.y + 0.02 && p.y >= high.y - 0.02));
+    CHECK((p.x >= low.x - 0.02 && p.x <= high.x + 0.02 && p.y <= low.y + 0.02 &&
+           p.y >= high.y - 0.02));
   }
   // From the lower left corner to 10⁹ on both axes: 10 decades to the right and 11 up, so that y leaves first, when
   // x has grown by 4 × 10 / 11 of its 4 decades.
@@ -156,8 +159,8 @@ TEST_CASE("texts come through as they are, markup and all") {
   const auto all = drawn(plot);
   std::set<std::string> texts;
   for (const SvgElement& text : elements_of(all, "text")) texts.insert(text.text);
-  for (const char* expected : {"a<b & \"c\" 'd' ]]> </svg>", "<script>", "x \xEF\xBF\xBD\xEF\xBF\xBD",
-                               "&amp;", "<!-- note -->"}) {
+  for (const char* expected : {"a<b & \"c\" 'd' ]]> </svg>", "<script>",
+                               "x \xEF\xBF\xBD\xEF\xBF\xBD", "&amp;", "<!-- note -->"}) {
     CAPTURE(expected);
     CHECK(texts.count(expected) == 1);
   }

@@ -33,7 +33,8 @@ cv::Mat decoded(const std::vector<std::byte>& png) {
 
 }  // namespace
 
-TEST_CASE("a plot without colours is read back as a grey image: ink on white, of the size asked for") {
+TEST_CASE(
+    "a plot without colours is read back as a grey image: ink on white, of the size asked for") {
   const ScratchFolder folder;
   const std::string plot = svg(one_series(true));
   for (const double scale : {0.75, 1.0, 1.6}) {
@@ -42,7 +43,8 @@ TEST_CASE("a plot without colours is read back as a grey image: ink on white, of
     const Image<float> image = read_image(folder / "plot.png");
     CHECK(image.n_range() == int(std::ceil(800 * scale)));
     CHECK(image.n_azimuth() == int(std::ceil(540 * scale)));
-    const auto [darkest, lightest] = std::minmax_element(image.pixels().begin(), image.pixels().end());
+    const auto [darkest, lightest] =
+        std::minmax_element(image.pixels().begin(), image.pixels().end());
     CHECK(*darkest < 64.0f);
     CHECK(*lightest == 255.0f);
     CHECK(image(0, 0) == 255.0f);
@@ -73,7 +75,8 @@ TEST_CASE("a document without a background stands on white") {
       decoded(png_of_svg("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"4\" height=\"3\"/>"));
   REQUIRE(image.type() == CV_8UC3);
   CHECK((image.cols == 4 && image.rows == 3));
-  for (int row = 0; row < 3; ++row) CHECK(image.at<cv::Vec3b>(row, row) == cv::Vec3b(255, 255, 255));
+  for (int row = 0; row < 3; ++row)
+    CHECK(image.at<cv::Vec3b>(row, row) == cv::Vec3b(255, 255, 255));
 }
 
 TEST_CASE("the same picture gives the same bytes") {
@@ -97,6 +100,7 @@ TEST_CASE("what cannot be drawn is refused") {
   CHECK_THROWS_AS(png_of_svg(""), InputError);
   CHECK_THROWS_AS(png_of_svg("no markup"), InputError);
   CHECK_THROWS_AS(png_of_svg(plot.substr(0, plot.size() / 2)), InputError);
-  CHECK_THROWS_AS(png_of_svg("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"50%\" height=\"50%\"/>"),
-                  InputError);
+  CHECK_THROWS_AS(
+      png_of_svg("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"50%\" height=\"50%\"/>"),
+      InputError);
 }

@@ -29,7 +29,8 @@ class Reader {
   }
   std::string name() {
     std::string found;
-    while (!at_end() && (std::isalnum(static_cast<unsigned char>(text_[at_])) || text_[at_] == '-')) {
+    while (!at_end() &&
+           (std::isalnum(static_cast<unsigned char>(text_[at_])) || text_[at_] == '-')) {
       found += text_[at_++];
     }
     if (found.empty()) fail("expected a name");
@@ -45,12 +46,18 @@ class Reader {
         found += text_[at_++];
         continue;
       }
-      if (skip("&amp;")) found += '&';
-      else if (skip("&lt;")) found += '<';
-      else if (skip("&gt;")) found += '>';
-      else if (skip("&quot;")) found += '"';
-      else if (skip("&apos;")) found += '\'';
-      else fail("an unknown entity");
+      if (skip("&amp;"))
+        found += '&';
+      else if (skip("&lt;"))
+        found += '<';
+      else if (skip("&gt;"))
+        found += '>';
+      else if (skip("&quot;"))
+        found += '"';
+      else if (skip("&apos;"))
+        found += '\'';
+      else
+        fail("an unknown entity");
     }
     return found;
   }
@@ -73,7 +80,8 @@ void parse_element(Reader& in, const std::string& group, std::vector<SvgElement>
     if (in.next_is("/") || in.next_is(">")) break;
     const std::string attribute = in.name();
     in.expect("=\"");
-    if (!element.attributes.emplace(attribute, in.characters("\"")).second) in.fail("twice: " + attribute);
+    if (!element.attributes.emplace(attribute, in.characters("\"")).second)
+      in.fail("twice: " + attribute);
     in.expect("\"");
   }
   const std::size_t place = all.size();
@@ -144,14 +152,16 @@ sarnerf::Rect drawn_bounds(const SvgElement& text) {
   double before = 0.0;
   if (anchor != text.attributes.end()) before = anchor->second == "end" ? width : 0.5 * width;
   const double above = 0.76 * size, below = 0.24 * size;
-  if (text.attributes.count("transform") > 0) return {x - above, y + before - width, x + below, y + before};
+  if (text.attributes.count("transform") > 0)
+    return {x - above, y + before - width, x + below, y + before};
   return {x - before, y - above, x - before + width, y + below};
 }
 
 std::vector<sarnerf::Spot> points_of(const SvgElement& path) {
   std::vector<sarnerf::Spot> points;
   const std::string& d = path.attributes.at("d");
-  for (std::size_t at = d.find_first_of("ML"); at != std::string::npos; at = d.find_first_of("ML", at + 1)) {
+  for (std::size_t at = d.find_first_of("ML"); at != std::string::npos;
+       at = d.find_first_of("ML", at + 1)) {
     char* rest = nullptr;
     const double x = std::strtod(d.c_str() + at + 1, &rest);
     points.push_back({x, std::strtod(rest, nullptr)});

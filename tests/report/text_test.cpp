@@ -20,8 +20,8 @@ TEST_CASE("widths of texts are those of the font for ASCII, and never less") {
     CHECK(text_width_px(text, 16.0, true) >= drawn_width_px(text, 16.0, true));
     CHECK(text_width_px(text, 32.0) == Approx(2.0 * text_width_px(text, 16.0)));
   }
-  for (const char* text : {"10⁻³ 2.5·10⁷", "−0.5", "512 × 512", "45°", "β⁰ σ⁰ γ⁰ θ φ Ω Δ", "µs", "é à ü Å Œ ß",
-                           "Резкость Щ", "– — …", "≤ ≥ ≈ → ‖ √ ∞", "中文"}) {
+  for (const char* text : {"10⁻³ 2.5·10⁷", "−0.5", "512 × 512", "45°", "β⁰ σ⁰ γ⁰ θ φ Ω Δ", "µs",
+                           "é à ü Å Œ ß", "Резкость Щ", "– — …", "≤ ≥ ≈ → ‖ √ ∞", "中文"}) {
     CAPTURE(text);
     CHECK(text_width_px(text, 16.0) >= drawn_width_px(text, 16.0, false));
     CHECK(text_width_px(text, 16.0, true) >= drawn_width_px(text, 16.0, true));
@@ -75,9 +75,9 @@ TEST_CASE("what is not UTF-8 or not allowed in XML becomes U+FFFD") {
   CHECK(clean_text(std::string("a\0b", 3)) == "a" + bad + "b");
   CHECK(clean_text("\x1B[1m") == bad + "[1m");
   CHECK(clean_text("\xFF") == bad);
-  CHECK(clean_text("end\xC3") == "end" + bad);           // cut short
-  CHECK(clean_text("\xC0\xAF") == bad + bad);            // longer than needed
-  CHECK(clean_text("\xED\xA0\x80") == bad + bad + bad);  // half of a surrogate pair
-  CHECK(clean_text("\xEF\xBF\xBE") == bad);              // U+FFFE
+  CHECK(clean_text("end\xC3") == "end" + bad);                     // cut short
+  CHECK(clean_text("\xC0\xAF") == bad + bad);                      // longer than needed
+  CHECK(clean_text("\xED\xA0\x80") == bad + bad + bad);            // half of a surrogate pair
+  CHECK(clean_text("\xEF\xBF\xBE") == bad);                        // U+FFFE
   CHECK(clean_text("\xF4\x90\x80\x80") == bad + bad + bad + bad);  // beyond Unicode
 }

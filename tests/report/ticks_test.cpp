@@ -89,7 +89,8 @@ TEST_CASE("linear ticks: three to eight, 1, 2 or 5 apart, none missing") {
   for (int n = 0; n < 3000; ++n) {
     const double span = std::pow(10.0, exponent(random));
     // From ranges around zero to those that are a millionth of their distance from it.
-    const double offset = unit(random) * span * std::pow(10.0, std::max(0.0, exponent(random)) * 0.29);
+    const double offset =
+        unit(random) * span * std::pow(10.0, std::max(0.0, exponent(random)) * 0.29);
     const double low = offset, high = offset + span;
     if (high - low < 1e-6 * std::max(std::abs(low), std::abs(high))) continue;
     const int most = n % 3 == 0 ? 1 + n % 8 : kMostLabels;

@@ -41,11 +41,11 @@ enum class PlotLine { none, solid, dashed };
 /// Points that belong together. Colours are those of Okabe and Ito, which differ also for the
 /// colour-blind; the shapes differ as well, so that a grey print can be read.
 struct PlotSeries {
-  std::string name;  ///< in the legend; empty: not in the legend
+  std::string name;               ///< in the legend; empty: not in the legend
   std::vector<PlotPoint> points;  ///< joined in this order
   PlotMarker marker = PlotMarker::automatic;
   PlotLine line = PlotLine::solid;
-  bool emphasised = false;     ///< black and wider: the series that the plot is about
+  bool emphasised = false;      ///< black and wider: the series that the plot is about
   std::optional<int> colour{};  ///< number in the palette; open: the next one
 };
 
