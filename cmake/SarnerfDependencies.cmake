@@ -5,6 +5,7 @@ find_package(nlohmann_json CONFIG REQUIRED)
 find_package(CLI11 CONFIG REQUIRED)
 find_package(tomlplusplus CONFIG REQUIRED)
 include(OpenCVTargets)
+include(RsvgTargets)
 
 if(SARNERF_SIMULATOR)
   # Debian 12 has Embree 3, Debian 13 has Embree 4; both name their target `embree`.

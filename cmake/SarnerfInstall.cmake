@@ -14,6 +14,7 @@ set(package_of_CLI11::CLI11 CLI11)
 set(package_of_embree embree)
 set(package_of_CGAL::CGAL CGAL)
 set(package_of_sarnerf_openvdb OpenVDB)
+set(package_of_sarnerf_rsvg Rsvg)
 foreach(component IN ITEMS core imgproc imgcodecs)
   set(package_of_sarnerf_opencv_${component} OpenCV)
 endforeach()
@@ -64,6 +65,7 @@ install(FILES
   ${PROJECT_BINARY_DIR}/sarnerfConfigVersion.cmake
   ${PROJECT_SOURCE_DIR}/cmake/OpenCVTargets.cmake
   ${PROJECT_SOURCE_DIR}/cmake/OpenVDBTargets.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/RsvgTargets.cmake
   DESTINATION ${package_dir})
 
 foreach(program IN ITEMS sar_render sar_bench)
