@@ -9,6 +9,8 @@
 #include "sarnerf/core/closest_name.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
+#include "accuracy_diagram.h"
+#include "sarnerf/report/raster.h"
 #include "studies.h"
 #include "study_accuracy.h"
 
@@ -20,6 +22,7 @@ struct Options {
   StudyOptions study;
   std::string up = "y";
   std::string json_file;
+  std::string diagrams, table_file;
   int threads = sarnerf::default_thread_count();
 };
 
@@ -52,7 +55,9 @@ nlohmann::json run_speed(const Options& o) {
   nlohmann::json result{{"environment", environment()}};
   announce("engine against bare Embree");
   result["engine"] = study_engine(o.study);
-  announce("integrators");
+  announce("threads and engines");
+  result["threads"] = study_threads(o.study, o.threads);
+  announce("integrators of each instruction set");
   result["integrators"] = study_integrators(o.study);
   if (!o.study.scene_files.empty()) {
     announce("360-view sweeps");
@@ -65,6 +70,22 @@ nlohmann::json run_speed(const Options& o) {
   announce("1024 x 1024 image of a million triangles");
   result["large_image"] = study_large_image(o.study);
   return result;
+}
+
+nlohmann::json run_accuracy(const Options& o) {
+  using namespace sarnerf::bench;
+  const std::vector<SceneAccuracy> scenes = study_accuracy(o.study);
+  if (!o.table_file.empty()) sarnerf::write_file_atomically(o.table_file, accuracy_table(scenes));
+  if (!o.diagrams.empty()) {
+    for (const SceneAccuracy& scene : scenes) {
+      const std::string name = o.diagrams + "-" + scene.scene, svg = sarnerf::svg(accuracy_diagram(scene));
+      sarnerf::AtomicFiles files;
+      files.add(name + ".svg", std::as_bytes(std::span(svg)));
+      files.add(name + ".png", sarnerf::png_of_svg(svg));
+      files.commit();
+    }
+  }
+  return {{"environment", environment()}, {"accuracy", accuracy_json(scenes)}};
 }
 
 /// Says which study was asked for and which there are.
@@ -82,7 +103,7 @@ nlohmann::json run_speed(const Options& o) {
 void refuse_to_replace(const std::filesystem::path& result, const std::filesystem::path& input) {
   std::error_code ignored;
   if (!result.empty() && std::filesystem::equivalent(result, input, ignored)) {
-    throw sarnerf::UsageError("--json " + result.string() + " would replace an input; choose another name");
+    throw sarnerf::UsageError("the result " + result.string() + " would replace an input; choose another name");
   }
 }
 
@@ -100,6 +121,9 @@ void run(int argc, char** argv) {
   CLI::App* accuracy = app.add_subcommand(
       "accuracy", "Error against time over elevation rays and sub-rows, each scene");
   add_common(*accuracy, o);
+  accuracy->add_option("--diagrams", o.diagrams, "Write PREFIX-SCENE.svg and .png, a work-precision diagram a scene")
+      ->type_name("PREFIX");
+  accuracy->add_option("--table", o.table_file, "Write scenes by settings as Markdown")->type_name("FILE");
   accuracy->add_flag("--quick", o.study.quick, "Leave out voxels, which take most of the time");
   CLI::App* voxel = app.add_subcommand(
       "voxel", "Voxel engine beside the surface engine: time, error and memory over voxel sizes");
@@ -115,11 +139,15 @@ void run(int argc, char** argv) {
   }
   if (app.get_subcommands().empty()) throw_unknown_study(app);
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
-  for (const std::filesystem::path input : o.study.scene_files) refuse_to_replace(o.json_file, input);
+  for (const std::filesystem::path input : o.study.scene_files) {
+    refuse_to_replace(o.json_file, input);
+    refuse_to_replace(o.table_file, input);
+  }
   refuse_to_replace(o.json_file, o.study.load.materials_file);
   // Not after minutes of measuring.
-  if (!o.json_file.empty()) {
-    const auto folder = std::filesystem::path(o.json_file).parent_path();
+  for (const std::filesystem::path result_file : {o.json_file, o.table_file, o.diagrams}) {
+    if (result_file.empty()) continue;
+    const auto folder = result_file.parent_path();
     sarnerf::require_writable(folder.empty() ? "." : folder);
   }
   if (o.study.quick) o.study.rounds = std::min(o.study.rounds, 5);
@@ -129,8 +157,7 @@ void run(int argc, char** argv) {
   } else if (voxel->parsed()) {
     result = {{"environment", sarnerf::bench::environment()}, {"voxel", sarnerf::bench::study_voxel(o.study)}};
   } else {
-    result = {{"environment", sarnerf::bench::environment()},
-              {"accuracy", sarnerf::bench::accuracy_json(sarnerf::bench::study_accuracy(o.study))}};
+    result = run_accuracy(o);
   }
   const std::string text = result.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!o.json_file.empty()) sarnerf::write_file_atomically(o.json_file, text);

@@ -26,6 +26,9 @@ struct StudyOptions {
 /// single-ray tracing of the full ray grid; one entry a scene. One thread.
 nlohmann::json study_engine(const StudyOptions& options);
 
+/// Both engines on one thread and on several, voxels of a range bin: one entry a scene.
+nlohmann::json study_threads(const StudyOptions& options, int n_threads);
+
 /// Tracing and deposit of a mesh of 12 thousand and one of 1.2 million triangles, same shape and rays.
 nlohmann::json study_triangles(const StudyOptions& options);
 

@@ -136,7 +136,8 @@ nlohmann::json study_voxel(const StudyOptions& options) {
   for (const NamedScene& named : load_scenes(options)) {
     const SurfaceEngine surface(named.scene);
     const Acquisition view = standard_view(named.scene, options);
-    const ViewPlan surface_plan = surface.plan(view, {});
+    ViewPlan surface_plan = surface.plan(view, {});
+    surface_plan.error.estimate = false;
     Sampling converged;
     converged.n_elevation = 8 * surface_plan.fan.n_elevation;
     converged.n_sub_rows = 64;
@@ -151,7 +152,8 @@ nlohmann::json study_voxel(const StudyOptions& options) {
       const auto n_voxels = static_cast<double>(voxels.volume.n_occupied_voxels);
       const Volume kept = voxels.volume;
       const VoxelEngine engine(named.scene, std::move(voxels.volume));
-      const ViewPlan plan = engine.plan(view, {});
+      ViewPlan plan = engine.plan(view, {});
+      plan.error.estimate = false;
       RenderedView rendered;
       const auto times = run_in_turn({[&] { rendered = engine.render(plan); },
                                       [&] { surface.render(surface_plan); }},

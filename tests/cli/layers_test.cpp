@@ -34,7 +34,7 @@ TEST_CASE("layers stand beside the image, add up to it, and go with it") {
     CHECK(total == Approx(image.pixels()[n]).epsilon(1e-6));
   }
   for (const char* file : {"a.mask.tif", "a.mask.png", "a.incidence.tif", "a.elevation.png", "a.scatterers.tif",
-                           "a.components.png"}) {
+                           "a.components.png", "a.error.tif", "a.error.png"}) {
     INFO(file);
     CHECK(std::filesystem::exists(folder / file));
   }

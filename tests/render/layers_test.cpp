@@ -253,7 +253,7 @@ TEST_CASE("names of layers", "[layers]") {
   CHECK(some.has(Layer::mask));
   CHECK_FALSE(some.has(Layer::roof));
   CHECK(bytes_per_pixel(some) == 5);
-  CHECK(bytes_per_pixel(layers_from_text("all")) == 29);
+  CHECK(bytes_per_pixel(layers_from_text("all")) == 33);
   CHECK_THROWS_AS(layers_from_text("walls"), UsageError);
   CHECK_THROWS_AS(layers_from_text("wall,"), UsageError);
   CHECK_THROWS_AS(layers_from_text(""), UsageError);

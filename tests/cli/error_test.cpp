@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// --error, and what is said of errors without it.
+#include <nlohmann/json.hpp>
+
+#include "catch.h"
+#include "program.h"
+
+namespace {
+
+const std::vector<std::string> kView = {"box.obj", "--pitch", "50", "--azimuth", "25", "--size", "48x48",
+                                        "--spacing", "0.15"};
+
+std::vector<std::string> with(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments = kView;
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+nlohmann::json json(const std::filesystem::path& file) { return nlohmann::json::parse(read_text(file)); }
+
+bool has(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("--error chooses the sampling, says so, and the report says what came out") {
+  const SceneFolder folder;
+  int rays_before = 0;
+  for (const std::string text : {"5%", "0.01", "0.3%"}) {
+    const Outcome outcome = folder.run(with({"--error", text, "--explain", "-o", "a" + text}));
+    INFO(text << "\n" << outcome.err);
+    REQUIRE(outcome.code == 0);
+    CHECK(has(outcome.err, "slices a row for an error of "));
+    CHECK(has(outcome.err, "error about "));
+    const double asked = text == "5%" ? 0.05 : text == "0.01" ? 0.01 : 0.003;
+    const auto report = json(folder / ("a" + text + ".report.json"));
+    CHECK(report["error_estimate"]["asked"] == Approx(asked));
+    CHECK(report["error_estimate"]["most"] <= asked);
+    const auto recipe = json(folder / ("a" + text + ".json"));
+    CHECK(recipe["request"]["computation"]["error"] == Approx(asked));
+    const int rays = recipe["resolved"]["elevations"][0].get<int>() * recipe["resolved"]["sub_rows"][0].get<int>();
+    CHECK(rays > rays_before);
+    rays_before = rays;
+  }
+  // The same again is done; another tolerance is another recipe.
+  const Outcome again = folder.run(with({"--error", "1%", "-o", "a0.01"}));
+  CHECK(again.code == 0);
+  CHECK(has(again.err, "already done"));
+  CHECK(folder.run(with({"--error", "2%", "-o", "a0.01"})).code == 2);
+}
+
+TEST_CASE("every render says its error; -q does not; a sweep says the least and the most") {
+  const SceneFolder folder;
+  const Outcome one = folder.run(with({"-o", "one"}));
+  CHECK(has(one.err, "error about "));
+  CHECK(json(folder / "one.report.json")["error_estimate"]["most"] > 0.0);
+  CHECK(folder.run(with({"-o", "quiet", "-q"})).err.empty());
+  std::vector<std::string> sweep = with({"-o", "sweep", "--error", "1%"});
+  sweep[4] = "0:90:30";
+  const Outcome many = folder.run(sweep);
+  REQUIRE(many.code == 0);
+  CHECK(has(many.err, "finished: 4 views; error about "));
+  CHECK(json(folder / "sweep/dataset.report.json")["error_estimate"]["most"] <= 0.01);
+}
+
+TEST_CASE("--error is refused where it means nothing") {
+  const SceneFolder folder;
+  const auto before = folder.contents();
+  for (const auto& [value, piece] : {std::pair{"5", "expected 0.1% to 20%"}, std::pair{"0", "expected 0.1% to 20%"},
+                                     std::pair{"0.01%", "expected 0.1% to 20%"}, std::pair{"low", "--error"}}) {
+    const Outcome outcome = folder.run(with({"--error", value}));
+    INFO(value << ": " << outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(is_error_line(outcome.err, piece));
+  }
+  CHECK(is_error_line(folder.run(with({"--error", "1%", "--sub-rows", "4"})).err, "--sub-rows"));
+  CHECK(is_error_line(folder.run(with({"--error", "1%", "--engine", "voxel"})).err, "--engine voxel"));
+  CHECK(folder.contents() == before);
+}
