@@ -53,7 +53,7 @@ VoxelLevels voxels_of(const Options& options, const Scene& scene, BuiltEngine& b
   const Stopwatch watch;
   VoxeliseOptions voxelising;
   voxelising.voxel_size_m = choose_voxel_size_m(options, scene, built.notes);
-  voxelising.max_memory_bytes = memory_for_volume(options.shared.max_memory_bytes);
+  voxelising.max_memory_bytes = memory_for_voxelising(options.shared.max_memory_bytes);
   voxelising.monitor = monitor;
   const VdbScene voxels = voxelise(scene, voxelising);
   if (!options.save_volume.empty()) {

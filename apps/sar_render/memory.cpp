@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "memory.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -90,6 +92,13 @@ std::uint64_t building_bytes(const Job& job) {
 std::uint64_t memory_for_volume(std::uint64_t limit_bytes) {
   if (limit_bytes == 0) return 0;
   return limit_bytes > kProgramBytes ? limit_bytes - kProgramBytes : 1;
+}
+
+std::uint64_t memory_for_voxelising(std::uint64_t limit_bytes) {
+  if (limit_bytes > 0) return memory_for_volume(limit_bytes);
+  const long n_pages = ::sysconf(_SC_PHYS_PAGES), page_bytes = ::sysconf(_SC_PAGE_SIZE);
+  if (n_pages <= 0 || page_bytes <= 0) return 0;
+  return memory_for_volume(static_cast<std::uint64_t>(n_pages) * static_cast<std::uint64_t>(page_bytes));
 }
 
 void refuse_size_beyond_memory(const Options& options) {

@@ -13,6 +13,9 @@ struct Job;
 /// What of a limit (0: none) is left for voxels beside the program itself.
 std::uint64_t memory_for_volume(std::uint64_t limit_bytes);
 
+/// The same for making voxels, of which a small size asks for any amount: without a limit, what the machine has.
+std::uint64_t memory_for_voxelising(std::uint64_t limit_bytes);
+
 /// Before the scene is loaded: images of the size asked for.
 void refuse_size_beyond_memory(const Options& options);
 

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <string>
 
 #include "candidate_bricks.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
+#include "text.h"
 #include "vdb_grids.h"
 #include "voxel_brick.h"
 
@@ -118,15 +120,21 @@ double surface_area_m2(const Scene& scene) {
   return area;
 }
 
+std::string rounded_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
 void check_lattice(const Scene& scene, double voxel_size_m) {
   if (!(voxel_size_m > 0.0) || !std::isfinite(voxel_size_m)) {
-    throw UsageError("expected a voxel size above 0 m, found " + std::to_string(voxel_size_m));
+    throw UsageError("expected a voxel size above 0 m, found " + number_text(voxel_size_m));
   }
   const glm::dvec3 size = scene.box.size();
   const double longest = std::max({size.x, size.y, size.z});
   if (longest / voxel_size_m > double(kBrickSide) * kMaxBrick) {
-    throw UsageError("voxels of " + std::to_string(voxel_size_m) + " m are too small for a scene of " +
-                     std::to_string(longest) + " m: expected at most 2^30 along a side; use larger ones");
+    throw UsageError("voxels of " + number_text(voxel_size_m) + " m are too small for a scene of " +
+                     number_text(longest) + " m: expected at most 2^30 along a side; use larger ones");
   }
 }
 
@@ -145,10 +153,10 @@ VdbScene voxelise(const Scene& scene, const VoxeliseOptions& options) {
   if (options.max_memory_bytes > 0 && expected > options.max_memory_bytes) {
     const double fits = options.voxel_size_m *
                         std::sqrt(double(expected) / double(options.max_memory_bytes));
-    throw UsageError("voxels of " + std::to_string(options.voxel_size_m) + " m need about " +
+    throw UsageError("voxels of " + number_text(options.voxel_size_m) + " m need about " +
                      std::to_string(expected >> 20) + " MiB, more than the " +
                      std::to_string(options.max_memory_bytes >> 20) +
-                     " MiB allowed; use --voxel-size " + std::to_string(1.05 * fits) +
+                     " MiB allowed; use --voxel-size " + rounded_text(1.05 * fits) +
                      " or larger, or raise --max-memory");
   }
   openvdb::initialize();
@@ -162,8 +170,8 @@ VdbScene voxelise(const Scene& scene, const VoxeliseOptions& options) {
 
   CandidateBricks candidates(transform);
   for (std::uint32_t s = 0; s < surfaces.size(); ++s) {
-    monitor.check();
     for (const std::uint32_t t : surfaces[s].triangles) {
+      monitor.check();  // one triangle may reach a million bricks
       const glm::uvec3& c = scene.mesh.triangles[t];
       candidates.add_triangle(scene.mesh.vertices_m[c.x], scene.mesh.vertices_m[c.y],
                               scene.mesh.vertices_m[c.z], BrickVoxeliser::kReach, s);

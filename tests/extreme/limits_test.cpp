@@ -98,6 +98,45 @@ TEST_CASE("a wall as high as twice the radar, before the horizon", "[geometry]")
   }
 }
 
+TEST_CASE("layers at the nadir, at the horizon and from geostationary range", "[geometry]") {
+  struct Edge {
+    Acquisition view;
+    Scene scene;
+    double lowest_m, highest_m;
+  };
+  std::vector<Edge> edges;
+  const Acquisition nadir = extreme_view(1000.0, 0.5, 1.0, 3, 96);
+  edges.push_back({nadir, sheet_facing(nadir, {-20.0, 3.0, 400.0}, {40.0, 0.0, 0.0}, {0.0, 0.0, -800.0}), 0.0, 3.0});
+  const Acquisition horizon = extreme_view(slant_range_from_altitude_m(100.0, rad_from_deg(89.5)), 89.5, 0.02, 3, 64);
+  edges.push_back({horizon, wall_scene(horizon, {200.0, 0.0}), 0.0, 200.0});
+  const Acquisition orbit = extreme_view(3.6e7, 89.5, 0.3, 3, 48);
+  edges.push_back({orbit, roof_scene(orbit, *roof_of_bins(orbit, 24)), 0.0, 0.9});
+  for (Edge& edge : edges) {
+    INFO(text_of(edge.view));
+    edge.scene.ground = Ground{0, 0.0};
+    const SurfaceEngine engine(edge.scene);
+    ViewPlan plan = engine.plan(edge.view, {});
+    request_layers(plan, {all_layers(), 0.0});
+    const RenderedView view = engine.render(plan);
+    CHECK(sound(view.beta0));
+    double largest = 0.0;
+    for (int i = 0; i < edge.view.n_azimuth; ++i) {
+      for (int j = 0; j < edge.view.n_range; ++j) {
+        const double power = view.beta0(i, j);
+        double parts = 0.0;
+        for (const Image<float>& part : view.layers.beta0) parts += part(i, j);
+        largest = std::max(largest, std::abs(parts - power) / std::max(power, 1e-3));
+        if (!(power > 0.0)) continue;
+        const double incidence = view.layers.incidence_deg(i, j), elevation = view.layers.elevation_m(i, j);
+        CHECK((incidence >= 0.0 && incidence <= 90.0));
+        CHECK((elevation >= edge.lowest_m - 0.01 && elevation <= edge.highest_m + 0.01));
+      }
+    }
+    record(Case::layers, largest);
+    CHECK(largest < 1e-5);
+  }
+}
+
 TEST_CASE("a scene around the radar, or behind it, is refused", "[geometry]") {
   const Acquisition a = extreme_view(100.0, 40.0, 0.3, 8, 64);
   Scene around = empty_scene(matte()), behind = around;

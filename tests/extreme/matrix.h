@@ -27,6 +27,7 @@ enum class Case {
   ground,
   nadir,
   horizon,
+  layers,
   image_sizes,
   image_sizes_voxels,
   anisotropic,

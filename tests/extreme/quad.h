@@ -33,7 +33,6 @@ inline Quad quad_acos(Quad x) { return std::acos(x); }
 inline Quad quad_asin(Quad x) { return std::asin(x); }
 inline Quad quad_sqrt(Quad x) { return std::sqrt(x); }
 inline Quad quad_atan2(Quad y, Quad x) { return std::atan2(y, x); }
-inline constexpr double kDifferenceStep = 1e-6;
 #endif
 
 inline Quad quad_abs(Quad x) { return x < 0 ? -x : x; }
