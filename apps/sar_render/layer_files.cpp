@@ -73,7 +73,8 @@ float largest(const Image<float>& image, float least) {
 
 Image<Colour> colour_of_values(Layer layer, const Image<float>& values) {
   if (layer == Layer::incidence) return colour_map(values, 0.0f, 90.0f);
-  return colour_map(values, 0.0f, largest(values, layer == Layer::scatterers ? 3.0f : 1e-3f));
+  const float least = layer == Layer::scatterers ? 3.0f : layer == Layer::elevation ? 1e-3f : 1e-30f;
+  return colour_map(values, 0.0f, largest(values, least));
 }
 
 }  // namespace

@@ -17,9 +17,9 @@ namespace sarnerf {
 /// How densely a view is sampled. Zero means: choose.
 struct Sampling {
   int n_elevation = 0;
-  double ray_spacing_m = 0.0;  ///< at the aim point's range, instead of a number of elevation rays
   int n_sub_rows = 0;          ///< slices per azimuth row
   Integrator integrator = Integrator::exact;  ///< matters for translucent solids only
+  double ray_spacing_m = 0.0;  ///< at the aim point's range, instead of a number of elevation rays
 };
 
 /// What rendering one view will take; made before any of it is done.
