@@ -21,8 +21,9 @@ constexpr double kAutomaticError = 0.006;
 double pilot_coarser(double tolerance) { return std::clamp(3.5 * std::pow(0.01 / tolerance, 0.35), 2.0, 3.5); }
 /// A prediction is trusted over this step of either direction; pilots come closer by the other.
 constexpr double kTrustedStep = 5.0, kPilotStep = 3.0;
-/// Predictions aim a little below the tolerance, so that they rarely have to be repeated.
-constexpr double kAim = 0.9;
+/// What an estimate must keep of the tolerance, since it may be too low itself, and what predictions aim at, so that
+/// they rarely have to be repeated.
+constexpr double kSafety = 0.9, kAim = 0.8;
 /// What missed the tolerance comes again at least so much finer.
 constexpr double kLeastStep = 1.25;
 constexpr int kMostPilots = 8;
@@ -78,7 +79,7 @@ void require_tolerance(double tolerance) {
 }
 
 /// NaN, the error of a blank image, is no reason to look closer.
-bool meets(const ErrorEstimate& error, double tolerance) { return !(error.relative > tolerance); }
+bool meets(const ErrorEstimate& error, double tolerance) { return !(error.relative > kSafety * tolerance); }
 
 ToleranceStep render_step(const Engine& engine, const ViewPlan& plan, const Monitor& monitor, RenderedView& view) {
   const auto start = std::chrono::steady_clock::now();
