@@ -73,8 +73,7 @@ float largest(const Image<float>& image, float least) {
 
 Image<Colour> colour_of_values(Layer layer, const Image<float>& values) {
   if (layer == Layer::incidence) return colour_map(values, 0.0f, 90.0f);
-  const float least = layer == Layer::scatterers ? 3.0f : layer == Layer::elevation ? 1e-3f : 1e-30f;
-  return colour_map(values, 0.0f, largest(values, least));
+  return colour_map(values, 0.0f, largest(values, layer == Layer::scatterers ? 3.0f : 1e-3f));
 }
 
 }  // namespace
@@ -100,6 +99,11 @@ std::vector<LayerFile> encode_layers(const Layers& layers, const Image<float>& i
       continue;
     }
     files.push_back({stem + ".tif", encode_tiff(layers.values(layer))});
+    if (layer == Layer::error) {
+      // On the image's scale of decibels, ten lower: errors are seldom as bright as what they belong to.
+      files.push_back({stem + ".png", encode_png(display_levels(layers.error, Quantity::power, 0.1f * white))});
+      continue;
+    }
     if (!is_component(layer)) {
       files.push_back({stem + ".png", encode_png(colour_of_values(layer, layers.values(layer)))});
     }
