@@ -33,6 +33,32 @@ TEST_CASE("A good cube is left alone") {
   CHECK(scene.box.max == glm::dvec3(3, 4, 5));
 }
 
+TEST_CASE("Four vertices where twelve media meet become twelve solids") {
+  ObjBuilder obj;
+  obj.vertex({0, 0, 0});
+  obj.vertex({1, 0, 0});
+  obj.vertex({0, 1, 0});
+  obj.vertex({0, 0, 1});
+  std::string media;
+  for (int n = 0; n < 12; ++n) {
+    const std::string name = "m" + std::to_string(n);
+    media += (n == 0 ? "\"" : ",\"") + name + "\":{\"extinction_per_m\":1}";
+    obj.line("usemtl " + name);
+    obj.triangle(1, 3, 2);
+    obj.triangle(1, 2, 4);
+    obj.triangle(2, 3, 4);
+    obj.triangle(3, 1, 4);
+  }
+  const ScratchFolder folder;
+  LoadOptions options;
+  options.materials_file =
+      folder.write("m.json", R"({"format":"sarnerf-materials","version":1,"materials":{)" + media + "}}");
+  const Scene scene = load(obj, options);
+  CHECK(scene.pieces.size() == 12);
+  CHECK(n_closed(scene) == 12);
+  CHECK(scene.mesh.vertices_m.size() == 48);
+}
+
 TEST_CASE("An inverted cube is turned outward") {
   ObjBuilder obj;
   obj.cube({0, 0, 0}, 2.0, true);
