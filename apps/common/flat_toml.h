@@ -15,7 +15,7 @@ struct FlatItem {
 };
 
 /// Reads a TOML file without sections; `file` goes into messages. Throws InputError with file and line for
-/// whatever TOML does not allow, and for sections, dates and lists of lists.
+/// whatever TOML does not allow, for sections, dates and lists of lists, and for names of thousands of parts.
 std::vector<FlatItem> read_flat_toml(std::istream& input, const std::string& file);
 
 }  // namespace sarnerf::app

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/core/input_text.h"
 
+#include <algorithm>
 #include <cstddef>
 
 #include "sarnerf/core/error.h"
 
 namespace sarnerf {
+namespace {
+
+bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+
+}  // namespace
 
 std::string_view without_byte_order_mark(std::string_view text, const std::string& where) {
   if (text.starts_with("\xef\xbb\xbf")) return text.substr(3);
@@ -44,6 +50,26 @@ void require_shallow_json(std::string_view text, const std::string& where) {
       --depth;
     }
   }
+}
+
+bool has_control_characters(std::string_view text) { return std::any_of(text.begin(), text.end(), is_control); }
+
+std::string in_one_line(std::string_view text, std::size_t most_bytes) {
+  std::size_t end = text.size();
+  if (end > most_bytes) {
+    // Bytes 10xxxxxx continue a character; four bytes are the longest one.
+    const auto continues = [&](std::size_t n) { return (static_cast<unsigned char>(text[n]) & 0xc0) == 0x80; };
+    end = most_bytes;
+    while (end > 0 && most_bytes - end < 3 && continues(end)) --end;
+  }
+  std::string line(text.substr(0, end));
+  std::replace_if(line.begin(), line.end(), is_control, '?');
+  return end < text.size() ? line + "…" : line;
+}
+
+std::string in_quotes(std::string_view text) {
+  constexpr std::size_t kLongest = 60;
+  return "'" + in_one_line(text, kLongest) + "'";
 }
 
 }  // namespace sarnerf

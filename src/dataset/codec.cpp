@@ -3,6 +3,7 @@
 
 #include <opencv2/core/utils/logger.hpp>
 
+#include "image_header.h"
 #include "sarnerf/core/error.h"
 
 namespace sarnerf {
@@ -34,6 +35,7 @@ std::vector<std::byte> encode(const char* extension, const cv::Mat& mat,
 cv::Mat decode(std::span<const std::byte> bytes, const std::string& where) {
   silence_opencv();
   if (bytes.empty()) throw InputError(where + ": expected an image, found an empty file");
+  require_plausible(read_image_header(bytes, where), bytes.size(), where);
   // A const view suffices: the decoder only reads.
   const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
                         const_cast<std::byte*>(bytes.data()));
@@ -44,8 +46,7 @@ cv::Mat decode(std::span<const std::byte> bytes, const std::string& where) {
     throw InputError(where + ": the image cannot be decoded: " + e.err);
   }
   if (mat.empty()) {
-    throw InputError(where + ": expected a TIFF, PNG or JPEG image; the file is damaged or something "
-                             "else");
+    throw InputError(where + ": expected a TIFF, PNG or JPEG image; the file is damaged");
   }
   return mat;
 }

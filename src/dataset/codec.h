@@ -13,7 +13,8 @@ namespace sarnerf {
 std::vector<std::byte> encode(const char* extension, const cv::Mat& mat,
                               const std::vector<int>& parameters);
 
-/// OpenCV's decoder, the file's own depth and channels kept. Throws InputError with `where`.
+/// OpenCV's decoder, the file's own depth and channels kept, for headers that read_image_header() finds in order.
+/// Throws InputError with `where`.
 cv::Mat decode(std::span<const std::byte> bytes, const std::string& where);
 
 }  // namespace sarnerf

@@ -66,9 +66,12 @@ std::vector<std::byte> encode_tiff(const Image<float>& image) { return tiff_of(i
 std::vector<std::byte> encode_tiff(const Image<std::uint8_t>& image) { return tiff_of(image, CV_8UC1); }
 
 Image<float> read_image(const std::filesystem::path& path) {
-  const std::string where = path.string();
   const std::string bytes = read_bytes(path);
-  const cv::Mat mat = decode(std::as_bytes(std::span(bytes)), where);
+  return decode_image(std::as_bytes(std::span(bytes)), path.string());
+}
+
+Image<float> decode_image(std::span<const std::byte> bytes, const std::string& where) {
+  const cv::Mat mat = decode(bytes, where);
   const int channels = mat.channels();
   if (channels == 2 || channels > 4 || (channels > 1 && mat.depth() >= CV_32F)) {
     throw InputError(where + ": expected one channel, found " + std::to_string(channels));

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 class JsonReader {
  public:
   /// Parses a document, with or without a byte-order mark. Throws InputError with line and column for bad
-  /// syntax and for nesting beyond kDeepestJson.
+  /// syntax, for nesting beyond kDeepestJson, and for objects that hold one key twice or thousands of keys.
   static Json parse(std::string_view text, const std::string& where);
 
   JsonReader(const Json& value, std::string where);

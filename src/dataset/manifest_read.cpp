@@ -8,6 +8,7 @@
 #include "manifest_names.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/input_file.h"
+#include "sarnerf/core/input_text.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/manifest.h"
 
@@ -25,7 +26,7 @@ std::size_t index_of_name(const JsonReader& reader, const std::array<std::string
   if (found == names.end()) {
     std::string known;
     for (const std::string_view n : names) known += (known.empty() ? "" : ", ") + std::string(n);
-    reader.fail("expected one of " + known + ", found \"" + text + "\"");
+    reader.fail("expected one of " + known + ", found \"" + in_one_line(text, 60) + "\"");
   }
   return static_cast<std::size_t>(found - names.begin());
 }
@@ -56,8 +57,8 @@ std::string read_image_path(const JsonReader& reader) {
   const std::string text = reader.text();
   const std::filesystem::path path = text;
   const bool leaves = std::any_of(path.begin(), path.end(), [](const auto& p) { return p == ".."; });
-  if (text.empty() || path.is_absolute() || leaves) {
-    reader.fail("expected a path inside the dataset's folder, found \"" + text + "\"");
+  if (text.empty() || has_control_characters(text) || path.is_absolute() || leaves) {
+    reader.fail("expected a path inside the dataset's folder, found \"" + in_one_line(text, 60) + "\"");
   }
   return text;
 }
@@ -140,7 +141,7 @@ std::vector<DatasetView> read_views(const JsonReader& reader, const glm::dvec3& 
   for (std::size_t n = 0; n < reader.array_size(); ++n) {
     views.push_back(read_view(reader.at(n), aim_m));
     if (!images.insert(views.back().image).second) {
-      reader.at(n).fail("the image \"" + views.back().image + "\" is listed twice");
+      reader.at(n).fail("the image \"" + in_one_line(views.back().image, 60) + "\" is listed twice");
     }
   }
   if (views.empty()) reader.fail("expected at least one view");
@@ -158,7 +159,7 @@ std::map<std::string, std::vector<std::string>> read_splits(JsonReader reader,
     for (std::size_t n = 0; n < list.array_size(); ++n) {
       const std::string image = list.at(n).text();
       if (free.erase(image) == 0) {
-        list.at(n).fail("\"" + image + "\" is no image of this dataset, or in another split already");
+        list.at(n).fail("\"" + in_one_line(image, 60) + "\" is no image of this dataset, or in another split already");
       }
       splits[split].push_back(image);
     }
@@ -172,7 +173,7 @@ Dataset parse_manifest(std::string_view text, const std::string& where) {
   const Json document = JsonReader::parse(text, where);
   JsonReader reader(document, where);
   if (const std::string format = reader.at("format").text(); format != kManifestFormat) {
-    reader.fail("expected format \"" + std::string(kManifestFormat) + "\", found \"" + format + "\"");
+    reader.fail("expected format \"" + std::string(kManifestFormat) + "\", found \"" + in_one_line(format, 60) + "\"");
   }
   if (const int version = reader.at("version").positive_integer(); version != kManifestVersion) {
     reader.fail("this program reads version " + std::to_string(kManifestVersion) + ", found version " +

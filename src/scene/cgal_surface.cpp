@@ -66,8 +66,22 @@ bool on_one_line(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) 
 
 struct SideOfSurface::State {
   using SurfaceMesh = CGAL::Surface_mesh<Point>;
+  using Test = CGAL::Side_of_triangle_mesh<SurfaceMesh, Kernel>;
   SurfaceMesh surface;
-  std::unique_ptr<CGAL::Side_of_triangle_mesh<SurfaceMesh, Kernel>> side;
+  Test::AABB_tree tree;
+  std::unique_ptr<Test> side;  ///< null where no face has area: then nothing is inside
+
+  /// Faces without area have no sides, and CGAL's rays must not be asked to meet them.
+  std::vector<SurfaceMesh::Face_index> faces_with_area() const {
+    std::vector<SurfaceMesh::Face_index> faces;
+    for (const SurfaceMesh::Face_index face : surface.faces()) {
+      const auto edge = surface.halfedge(face);
+      const Point &a = surface.point(surface.source(edge)), &b = surface.point(surface.target(edge)),
+                  &c = surface.point(surface.target(surface.next(edge)));
+      if (!CGAL::collinear(a, b, c)) faces.push_back(face);
+    }
+    return faces;
+  }
 };
 
 SideOfSurface::SideOfSurface(std::span<const glm::dvec3> vertices,
@@ -77,8 +91,11 @@ SideOfSurface::SideOfSurface(std::span<const glm::dvec3> vertices,
   const Polygons polygons = polygons_of(triangles);
   translated([&] {
     CGAL::Polygon_mesh_processing::polygon_soup_to_polygon_mesh(points, polygons, state_->surface);
-    state_->side =
-        std::make_unique<CGAL::Side_of_triangle_mesh<State::SurfaceMesh, Kernel>>(state_->surface);
+    const auto faces = state_->faces_with_area();
+    if (faces.empty()) return 0;
+    state_->tree.insert(faces.begin(), faces.end(), state_->surface);
+    state_->tree.build();
+    state_->side = std::make_unique<State::Test>(state_->tree);
     return 0;
   });
 }
@@ -86,6 +103,7 @@ SideOfSurface::SideOfSurface(std::span<const glm::dvec3> vertices,
 SideOfSurface::~SideOfSurface() = default;
 
 Side SideOfSurface::of(const glm::dvec3& point) const {
+  if (!state_->side) return Side::outside;
   const CGAL::Bounded_side side = translated([&] { return (*state_->side)(point_of(point)); });
   if (side == CGAL::ON_BOUNDED_SIDE) return Side::inside;
   return side == CGAL::ON_BOUNDARY ? Side::on_surface : Side::outside;

@@ -21,7 +21,8 @@ bool on_one_line(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c);
 
 enum class Side { inside, outside, on_surface };
 
-/// Tells on which side of a closed surface a point lies; exact, logarithmic in the number of triangles.
+/// Tells on which side of a closed surface a point lies; exact, logarithmic in the number of triangles. Some of
+/// them may be without area.
 class SideOfSurface {
  public:
   SideOfSurface(std::span<const glm::dvec3> vertices, std::span<const glm::uvec3> triangles);

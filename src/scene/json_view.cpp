@@ -17,9 +17,8 @@ std::string syntax_complaint(const nlohmann::json::exception& error) {
   std::string text = error.what();
   const std::size_t code_end = text.find("] ");
   if (text.starts_with('[') && code_end != std::string::npos) text.erase(0, code_end + 2);
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20; }, ' ');
-  return text;
+  // It repeats all of a text that does not end.
+  return in_one_line(text, 300);
 }
 
 }  // namespace
@@ -48,13 +47,13 @@ nlohmann::json parse_json(std::string_view text, const std::string& name) {
   }
 }
 
-void JsonView::fail(const std::string& message) const { throw InputError(place_ + ": " + message); }
+void JsonView::fail(const std::string& message) const {
+  throw InputError(in_one_line(place_ + ": " + message));
+}
 
 void JsonView::expected(const std::string& what) const {
-  std::string found = value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  constexpr std::size_t kLongest = 60;
-  if (found.size() > kLongest) found = found.substr(0, kLongest) + "…";
-  fail("expected " + what + ", found " + found);
+  const std::string found = value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  fail("expected " + what + ", found " + in_one_line(found, 60));
 }
 
 void JsonView::only_keys(std::initializer_list<std::string_view> known) const {
@@ -70,7 +69,7 @@ void JsonView::only_keys(std::initializer_list<std::string_view> known) const {
 
 std::string JsonView::place_of(std::string_view key) const {
   const bool in_document = place_.find(": ") != std::string::npos;
-  return place_ + (in_document ? "." : ": ") + std::string(key);
+  return place_ + (in_document ? "." : ": ") + in_one_line(key, 60);
 }
 
 JsonView JsonView::at(std::string_view key) const {

@@ -66,7 +66,7 @@ std::string vdb_type_words(const std::string& type) {
       type.size() <= kPrefix.size() + kSuffix.size()) {
     return in_quotes(type);
   }
-  return type.substr(kPrefix.size(), type.size() - kPrefix.size() - kSuffix.size());
+  return in_one_line(type.substr(kPrefix.size(), type.size() - kPrefix.size() - kSuffix.size()), 60);
 }
 
 VdbGridLoader::VdbGridLoader(const VdbFile& file, std::uint64_t max_memory_bytes, const Monitor& monitor)
@@ -112,7 +112,7 @@ openvdb::GridBase::Ptr VdbGridLoader::load_as(const VdbFileGrid& grid, openvdb::
       throw InputError(place(file_, grid) + ": its values do not end where they should");
     }
   } catch (const openvdb::Exception& failure) {
-    throw InputError(place(file_, grid) + ": cannot be read (" + failure.what() +
+    throw InputError(place(file_, grid) + ": cannot be read (" + in_one_line(failure.what(), 200) +
                      "); copy or write the file again");
   }
   return empty;

@@ -21,8 +21,11 @@ double Texture::factor(const glm::dvec3& object_m) const {
 MaterialLibrary::MaterialLibrary() : materials_(builtin_materials()) {}
 
 std::vector<std::string> MaterialLibrary::add_file(const std::filesystem::path& path) {
-  const std::string name = path.string();
-  const nlohmann::json json = parse_json(read_file(path, MemoryBudget{}), name);
+  return add_text(read_file(path, MemoryBudget{}), path.string());
+}
+
+std::vector<std::string> MaterialLibrary::add_text(std::string_view text, const std::string& name) {
+  const nlohmann::json json = parse_json(text, name);
   const JsonView document(json, name);
   document.only_keys({"format", "version", "materials"});
   document.require_format("sarnerf-materials", 1);

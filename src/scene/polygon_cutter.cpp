@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "triangle_soup.h"
 
@@ -29,17 +29,58 @@ void PolygonCutter::add_triangle(glm::uvec3 corners, std::uint32_t material, std
   soup_.group.push_back(group);
 }
 
-bool PolygonCutter::is_ear(std::size_t before, std::size_t tip, std::size_t after) const {
-  const glm::dvec2 a = flat_[before], b = flat_[tip], c = flat_[after];
+/// Corners that were seen outside of an ear stay there until the ear changes, and those that were cut never
+/// come back. So the search goes on where it stopped, and all searches together take the square of the
+/// corners, whatever the polygon.
+bool PolygonCutter::is_ear(std::uint32_t tip) {
+  Corner& corner = ring_[tip];
+  const glm::dvec2 a = flat_[corner.before], b = flat_[tip], c = flat_[corner.behind];
   if (!(cross(b - a, c - b) > 0.0)) return false;
-  for (const glm::dvec2& p : flat_) {
+  for (; corner.n_outside < flat_.size(); ++corner.n_outside) {
+    const glm::dvec2 p = flat_[corner.n_outside];  // no comparison holds for one that was cut off
+    const bool inside =
+        cross(b - a, p - a) >= 0.0 && cross(c - b, p - b) >= 0.0 && cross(a - c, p - c) >= 0.0;
     // Polygons with holes visit the corners of their bridge twice: a point on a corner is no obstacle.
-    if (p == a || p == b || p == c) continue;
-    if (cross(b - a, p - a) >= 0.0 && cross(c - b, p - b) >= 0.0 && cross(a - c, p - c) >= 0.0) {
-      return false;
-    }
+    if (inside && p != a && p != b && p != c) return false;
   }
   return true;
+}
+
+double PolygonCutter::bend(std::uint32_t tip) const {
+  const Corner& corner = ring_[tip];
+  return cross(flat_[tip] - flat_[corner.before], flat_[corner.behind] - flat_[tip]);
+}
+
+std::uint32_t PolygonCutter::flattest(std::uint32_t first) const {
+  std::uint32_t found = first;
+  for (std::uint32_t n = ring_[first].behind; n != first; n = ring_[n].behind) {
+    if (std::abs(bend(n)) < std::abs(bend(found))) found = n;
+  }
+  return found;
+}
+
+void PolygonCutter::cut(std::uint32_t tip) {
+  const Corner& corner = ring_[tip];
+  flat_[tip] = glm::dvec2(std::numeric_limits<double>::quiet_NaN());
+  ring_[corner.before].behind = corner.behind;
+  ring_[corner.behind].before = corner.before;
+  ring_[corner.before].n_outside = ring_[corner.behind].n_outside = 0;
+}
+
+void PolygonCutter::lay_flat(std::span<const std::uint32_t> corners) {
+  const glm::dvec3 normal = area_vector(soup_.vertices, corners);
+  const glm::dvec3 size = glm::abs(normal);
+  const int drop = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  const int u = (drop + 1) % 3, v = (drop + 2) % 3;
+  const glm::dvec3 origin = soup_.vertices[corners[0]];
+  const auto n_corners = static_cast<std::uint32_t>(corners.size());
+  ring_.clear();
+  flat_.clear();
+  for (std::uint32_t n = 0; n < n_corners; ++n) {
+    const glm::dvec3 p = soup_.vertices[corners[n]] - origin;
+    flat_.emplace_back(p[u], normal[drop] < 0.0 ? -p[v] : p[v]);
+    ring_.push_back({(n + n_corners - 1) % n_corners, (n + 1) % n_corners, 0});
+  }
 }
 
 void PolygonCutter::add(std::span<const std::uint32_t> corners, std::uint32_t material,
@@ -53,46 +94,30 @@ void PolygonCutter::add(std::span<const std::uint32_t> corners, std::uint32_t ma
     return;
   }
 
-  const glm::dvec3 normal = area_vector(soup_.vertices, corners);
-  const glm::dvec3 size = glm::abs(normal);
-  const int drop = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const int u = (drop + 1) % 3, v = (drop + 2) % 3;
-  const glm::dvec3 origin = soup_.vertices[corners[0]];
-  ring_.assign(corners.begin(), corners.end());
-  flat_.clear();
-  for (const std::uint32_t corner : corners) {
-    const glm::dvec3 p = soup_.vertices[corner] - origin;
-    flat_.emplace_back(p[u], normal[drop] < 0.0 ? -p[v] : p[v]);
-  }
-
+  lay_flat(corners);
+  const auto triangle_at = [&](std::uint32_t tip) {
+    return glm::uvec3(corners[ring_[tip].before], corners[tip], corners[ring_[tip].behind]);
+  };
   bool tangled = false;
-  std::size_t tip = 1;
-  while (ring_.size() > 3) {
-    const std::size_t n = ring_.size();
+  std::uint32_t first = 0, tip = 1;
+  for (std::size_t n_left = corners.size(); n_left > 3; --n_left) {
     std::size_t tried = 0;
-    while (tried < n && !is_ear((tip + n - 1) % n, tip, (tip + 1) % n)) {
-      tip = (tip + 1) % n;
+    while (tried < n_left && !is_ear(tip)) {
+      tip = ring_[tip].behind;
       ++tried;
     }
     // Corners on one line are cut off as triangles without area; a polygon that crosses itself has
     // no right answer. Both end here, and every round removes a corner.
-    if (tried == n) {
-      const auto bend = [&](std::size_t t) {
-        return cross(flat_[t] - flat_[(t + n - 1) % n], flat_[(t + 1) % n] - flat_[t]);
-      };
-      std::size_t flattest = 0;
-      for (std::size_t t = 1; t < n; ++t) {
-        if (std::abs(bend(t)) < std::abs(bend(flattest))) flattest = t;
-      }
-      tangled |= bend(flattest) != 0.0;
-      tip = flattest;
+    if (tried == n_left) {
+      tip = flattest(first);
+      tangled |= bend(tip) != 0.0;
     }
-    add_triangle({ring_[(tip + n - 1) % n], ring_[tip], ring_[(tip + 1) % n]}, material, group);
-    ring_.erase(ring_.begin() + static_cast<std::ptrdiff_t>(tip));
-    flat_.erase(flat_.begin() + static_cast<std::ptrdiff_t>(tip));
-    tip %= ring_.size();
+    add_triangle(triangle_at(tip), material, group);
+    cut(tip);
+    if (tip == first) first = ring_[tip].behind;
+    tip = ring_[tip].behind;
   }
-  add_triangle({ring_[0], ring_[1], ring_[2]}, material, group);
+  add_triangle(triangle_at(ring_[first].behind), material, group);
   if (tangled) ++soup_.n_tangled_faces;
 }
 

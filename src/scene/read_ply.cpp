@@ -27,7 +27,7 @@ class PlyBody {
       const std::optional<double> value = parse_real(token);
       if (!value) {
         fail_at_line(source_, header_lines_ + text_.line_number(),
-                     "expected a number of " + element.name + " " + std::to_string(index) +
+                     "expected a number of " + in_one_line(element.name, 60) + " " + std::to_string(index) +
                          ", found " +
                          (token.empty() ? "the end of the file; it is cut off or damaged"
                                         : in_quotes(token)));
@@ -36,7 +36,7 @@ class PlyBody {
     }
     const std::size_t size = byte_size(type);
     if (body_.size() - position_ < size) {
-      fail(source_, "expected " + element.name + " " + std::to_string(index) + " of " +
+      fail(source_, "expected " + in_one_line(element.name, 60) + " " + std::to_string(index) + " of " +
                         std::to_string(element.count) +
                         ", found the end of the file; it is cut off or damaged");
     }
@@ -56,7 +56,7 @@ class PlyBody {
     const std::size_t least = encoding_ == PlyEncoding::ascii ? 2 : byte_size(property.type);
     if (!(length >= 0.0) || length != std::floor(length) ||
         length > static_cast<double>((remaining() + 1) / least)) {
-      fail(source_, element.name + " " + std::to_string(index) + ": a list of " +
+      fail(source_, in_one_line(element.name, 60) + " " + std::to_string(index) + ": a list of " +
                         number_text(length) + " values, but " +
                         counted(remaining(), "byte is", "bytes are") +
                         " left; the file is damaged");

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "read_vdb.h"
+
 #include <cmath>
 #include <string>
 
@@ -41,9 +43,13 @@ std::string listed_grids(const VdbFile& file) {
 
 VdbScene read_vdb(const std::filesystem::path& path, const VdbReadOptions& options) {
   check_options(options);
+  return read_vdb_bytes(read_file(path, MemoryBudget(options.max_memory_bytes)), path.string(), options);
+}
+
+VdbScene read_vdb_bytes(std::string_view bytes, const std::string& name, const VdbReadOptions& options) {
+  check_options(options);
   openvdb::initialize();
-  const std::string bytes = read_file(path, MemoryBudget(options.max_memory_bytes));
-  const VdbFile file = scan_vdb_file(bytes, path.string());
+  const VdbFile file = scan_vdb_file(bytes, name);
   if (file.grids.empty()) throw InputError(file.name + ": expected a volume, found a file without grids");
 
   VdbGridLoader loader(file, options.max_memory_bytes, options.monitor);

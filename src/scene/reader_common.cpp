@@ -34,11 +34,11 @@ Reader reader_of(const std::filesystem::path& path) {
 }  // namespace
 
 void fail(const MeshSource& source, const std::string& message) {
-  throw InputError(source.name + ": " + message);
+  throw InputError(in_one_line(source.name + ": " + message));
 }
 
 void fail_at_line(const MeshSource& source, std::uint64_t line, const std::string& message) {
-  throw InputError(source.name + ":" + std::to_string(line) + ": " + message);
+  throw InputError(in_one_line(source.name + ":" + std::to_string(line) + ": " + message));
 }
 
 MeshSource text_source(MeshSource source) {

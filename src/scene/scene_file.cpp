@@ -62,13 +62,19 @@ glm::dmat4 parse_rotation(const JsonView& json) {
   return rotation(json.at("angle").number(), direction / length);
 }
 
+std::filesystem::path parse_path(const JsonView& json, const std::filesystem::path& folder) {
+  const std::string name = json.text();
+  if (name.empty() || has_control_characters(name)) json.expected("the name of a file");
+  return folder / name;
+}
+
 MeshEntry parse_mesh(const JsonView& json, const std::filesystem::path& folder, UpAxis scene_up) {
   json.only_keys(
       {"file", "up", "units", "scale", "rotate_deg", "translate_m", "material", "materials"});
   MeshEntry entry;
   entry.place = json.place();
   const JsonView file = json.at("file");
-  entry.file = folder / file.text();
+  entry.file = parse_path(file, folder);
   if (!is_mesh_file(entry.file)) file.expected("a file ending in .obj, .ply, .stl or .off");
   const auto up = json.find("up");
   entry.up = up ? parse_up(*up) : scene_up;
@@ -108,8 +114,12 @@ glm::dmat4 world_from_axes(UpAxis up) {
 }
 
 SceneFile read_scene_file(const std::filesystem::path& path) {
-  const std::string name = path.string();
-  const nlohmann::json json = parse_json(read_file(path, MemoryBudget{}), name);
+  return parse_scene_file(read_file(path, MemoryBudget{}), path.string(), path.parent_path());
+}
+
+SceneFile parse_scene_file(std::string_view text, const std::string& name,
+                           const std::filesystem::path& folder) {
+  const nlohmann::json json = parse_json(text, name);
   const JsonView document(json, name);
   document.only_keys(
       {"format", "version", "up", "meshes", "materials_file", "materials", "ground"});
@@ -119,10 +129,10 @@ SceneFile read_scene_file(const std::filesystem::path& path) {
   const auto up = document.find("up");
   const UpAxis scene_up = up ? parse_up(*up) : UpAxis::y;
   for (const JsonView& mesh : document.at("meshes").elements()) {
-    scene.meshes.push_back(parse_mesh(mesh, path.parent_path(), scene_up));
+    scene.meshes.push_back(parse_mesh(mesh, folder, scene_up));
   }
   if (const auto file = document.find("materials_file")) {
-    scene.materials_file = path.parent_path() / file->text();
+    scene.materials_file = parse_path(*file, folder);
     scene.library.add_file(scene.materials_file);
     scene.materials_source = file->text();
   }

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sarnerf/scene/scene.h"
@@ -57,6 +58,10 @@ struct SceneFile {
 ///
 /// Only "format", "version" and "meshes" are required; unknown keys are refused.
 SceneFile read_scene_file(const std::filesystem::path& path);
+
+/// The same of such a file's text; `name` is what messages call it, `folder` what its paths are relative to.
+SceneFile parse_scene_file(std::string_view text, const std::string& name,
+                           const std::filesystem::path& folder);
 
 /// The transform that turns `up`-axis coordinates into world coordinates (Y up).
 glm::dmat4 world_from_axes(UpAxis up);

@@ -39,21 +39,10 @@ std::string listed(std::span<const std::string> names, std::size_t limit) {
   std::string text;
   for (std::size_t n = 0; n < std::min(names.size(), limit); ++n) {
     if (n > 0) text += ", ";
-    text += names[n];
+    text += in_one_line(names[n], 60);
   }
   if (names.size() > limit) text += " … (" + with_thousands(names.size() - limit) + " more)";
   return text;
-}
-
-std::string in_quotes(std::string_view text) {
-  constexpr std::size_t kLongest = 60;
-  std::string result = "'";
-  for (const char c : text.substr(0, kLongest)) {
-    const bool control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
-    result += control ? '?' : c;
-  }
-  if (text.size() > kLongest) result += "…";
-  return result + "'";
 }
 
 }  // namespace sarnerf

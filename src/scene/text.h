@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "sarnerf/core/input_text.h"  // in_quotes()
+
 /// Wording shared by notes, warnings and errors.
 namespace sarnerf {
 
@@ -21,10 +23,7 @@ std::string human_bytes(std::uint64_t bytes);
 /// Shortest text that reads back as the same number.
 std::string number_text(double value);
 
-/// "asphalt, brick, concrete"; after `limit` names "… (12 more)".
+/// "asphalt, brick, concrete"; after `limit` names "… (12 more)". Names are kept to one line and 60 bytes.
 std::string listed(std::span<const std::string> names, std::size_t limit = 40);
-
-/// Text of a file, cut and with control characters made visible, so that it fits into one line.
-std::string in_quotes(std::string_view text);
 
 }  // namespace sarnerf

@@ -31,7 +31,7 @@ struct TriangleSoup {
   }
 };
 
-/// Most corners that add_polygon() takes: cutting takes their square in the worst case.
+/// Most corners that PolygonCutter::add() takes: cutting takes their square in the worst case.
 inline constexpr std::size_t kMaxCorners = 4096;
 
 /// Cuts polygons into triangles and adds them to a soup. Keeps its scratch space from call to call.
@@ -44,12 +44,22 @@ class PolygonCutter {
   void add(std::span<const std::uint32_t> corners, std::uint32_t material, std::uint32_t group);
 
  private:
+  /// A corner in the ring of those that are still there.
+  struct Corner {
+    std::uint32_t before = 0, behind = 0;
+    std::uint32_t n_outside = 0;  ///< corners, from the first one on, known to lie outside of its ear
+  };
+
   void add_triangle(glm::uvec3 corners, std::uint32_t material, std::uint32_t group);
-  bool is_ear(std::size_t before, std::size_t tip, std::size_t after) const;
+  void lay_flat(std::span<const std::uint32_t> corners);
+  bool is_ear(std::uint32_t tip);
+  double bend(std::uint32_t tip) const;
+  std::uint32_t flattest(std::uint32_t first) const;
+  void cut(std::uint32_t tip);
 
   TriangleSoup& soup_;
-  std::vector<std::uint32_t> ring_;  ///< corners still to be cut
-  std::vector<glm::dvec2> flat_;     ///< where they lie in the plane, counter-clockwise
+  std::vector<Corner> ring_;
+  std::vector<glm::dvec2> flat_;  ///< where they lie in the plane, counter-clockwise; NaN once cut off
 };
 
 }  // namespace sarnerf

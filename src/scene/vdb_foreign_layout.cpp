@@ -58,17 +58,17 @@ typename Grid::Ptr same_voxels(const openvdb::FloatGrid& grid, const char* name,
 }
 
 /// Slope of the signed distance in voxels along x, y and z; one-sided at the edge of the narrow band,
-/// beyond which distances are not known.
-glm::vec3 gradient(openvdb::FloatGrid::ConstUnsafeAccessor& distance, const openvdb::Coord& at, float here) {
-  glm::vec3 slope(0.0f);
+/// beyond which distances are not known. In double: differences and squares of any finite floats are finite there.
+glm::dvec3 gradient(openvdb::FloatGrid::ConstUnsafeAccessor& distance, const openvdb::Coord& at, float here) {
+  glm::dvec3 slope(0.0);
   for (int n = 0; n < 3; ++n) {
     openvdb::Coord before = at, behind = at;
     before[n] -= 1;
     behind[n] += 1;
     float low = here, high = here;
     const bool has_low = distance.probeValue(before, low), has_high = distance.probeValue(behind, high);
-    if (has_low && has_high) slope[n] = 0.5f * (high - low);
-    if (has_low != has_high) slope[n] = has_high ? high - here : here - low;
+    if (has_low && has_high) slope[n] = 0.5 * (double{high} - double{low});
+    if (has_low != has_high) slope[n] = has_high ? double{high} - double{here} : double{here} - double{low};
   }
   return slope;
 }
@@ -108,12 +108,13 @@ std::unique_ptr<VdbScene::Grids> solid_grids(const openvdb::FloatGrid& distance,
       for (auto voxel = extinction.beginValueOn(); voxel; ++voxel) {
         const openvdb::Coord at = voxel.getCoord();
         const float here = known.getValue(at);
-        const auto depth = static_cast<float>(-double{here} / units_per_voxel);
+        // Far beyond where anything changes, but a float for all that.
+        const auto depth = static_cast<float>(std::clamp(-double{here} / units_per_voxel, -1e6, 1e6));
         voxel.setValue(static_cast<float>(0.5 * opaque_extinction_per_voxel(depth) / voxel_m));
-        const glm::vec3 slope = gradient(known, at, here);
-        const float steepness = glm::length(slope);
-        if (!(steepness > 0.0f)) continue;
-        const glm::vec3 normal = slope / steepness;
+        const glm::dvec3 slope = gradient(known, at, here);
+        const double steepness = glm::length(slope);
+        if (!(steepness > 0.0)) continue;
+        const glm::vec3 normal(slope / steepness);
         normals->setValueOnly(voxel.pos(), openvdb::Vec3s(normal.x, normal.y, normal.z));
       }
     }

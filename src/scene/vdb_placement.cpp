@@ -10,12 +10,16 @@
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
+#include "scene_checks.h"
+#include "text.h"
 #include "vdb_grids.h"
 
 namespace sarnerf {
 namespace {
 
 constexpr double kTolerance = 1e-6;  // of a voxel
+/// OpenVDB takes maps that shrink volumes to less than 3e-15 for singular ones.
+constexpr double kSmallestVoxel_m = 2e-5;
 
 glm::dvec3 world_from_file(const openvdb::Vec3d& p, UpAxis up, double metres_per_unit) {
   const glm::dvec3 q = up == UpAxis::y ? glm::dvec3(p.x(), p.y(), p.z()) : glm::dvec3(p.x(), p.z(), -p.y());
@@ -134,6 +138,13 @@ VdbPlacement placement_of(const openvdb::math::Transform& transform, UpAxis up, 
   }
   // The map's own voxel size has no rounding of a translation in it.
   const double voxel_m = transform.voxelSize().x() * metres_per_unit;
+  const double farthest = std::max({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z), voxel_m});
+  if (!(voxel_m >= kSmallestVoxel_m) || !(farthest <= kFarthest_m)) {
+    throw InputError(where + ": expected voxels of at least " + number_text(kSmallestVoxel_m) + " m within " +
+                     number_text(kFarthest_m) + " m, found some of " + number_text(voxel_m) + " m from (" +
+                     number_text(origin.x) + ", " + number_text(origin.y) + ", " + number_text(origin.z) +
+                     ") on; choose other --units, or correct the grid's transform");
+  }
   placement.transform = {origin, voxel_m};
   for (std::size_t n = 0; n < 3; ++n) {
     if (placement.sign[n] < 0) {

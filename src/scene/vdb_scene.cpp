@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "sarnerf/core/error.h"
+#include "text.h"
 #include "vdb_grids.h"
 #include "vdb_placement.h"
 
@@ -93,9 +94,14 @@ std::vector<openvdb::GridBase::Ptr> VdbScene::Grids::all() const {
 }
 
 openvdb::math::Transform::Ptr vdb_transform(const GridTransform& transform) {
-  auto result = openvdb::math::Transform::createLinearTransform(transform.voxel_size_m);
-  result->postTranslate({transform.origin_m.x, transform.origin_m.y, transform.origin_m.z});
-  return result;
+  try {
+    auto result = openvdb::math::Transform::createLinearTransform(transform.voxel_size_m);
+    result->postTranslate({transform.origin_m.x, transform.origin_m.y, transform.origin_m.z});
+    return result;
+  } catch (const openvdb::Exception&) {
+    throw UsageError("expected voxels of at least 2e-05 m, the least that OpenVDB tells from none, found " +
+                     number_text(transform.voxel_size_m) + " m; make them larger, or check the scene's units");
+  }
 }
 
 GridTransform grid_transform(const openvdb::math::Transform& transform, const std::string& where) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "weld.h"
 
+#include <algorithm>
 #include <bit>
 #include <limits>
+#include <set>
 
 namespace sarnerf {
 namespace {
@@ -24,9 +26,10 @@ std::uint64_t hash_of(const glm::dvec3& p, std::uint32_t medium) {
 }  // namespace
 
 std::uint64_t weld_vertices(TriangleSoup& soup, std::span<const std::uint32_t> medium_of_material) {
-  // Open addressing, at most half full: at most one entry per vertex and medium that meet.
+  // Open addressing, at most half full, or searches would not end: at most one entry per vertex and medium.
   std::size_t n_slots = 16;
-  const std::size_t most = std::min(soup.vertices.size() * 2, soup.triangles.size() * 3);
+  const std::size_t n_media = std::set(medium_of_material.begin(), medium_of_material.end()).size();
+  const std::size_t most = std::min(soup.vertices.size() * n_media, soup.triangles.size() * 3);
   while (n_slots < 2 * most) n_slots *= 2;
   std::vector<std::uint32_t> slots(n_slots, kFree);
   std::vector<glm::dvec3> welded;

@@ -76,6 +76,17 @@ TEST_CASE("mistakes in a configuration file: one line with file, line and what t
   }
 }
 
+TEST_CASE("names of thousands of parts are refused before they fill the stack") {
+  const SceneFolder folder;
+  std::string name;
+  for (int n = 0; n < 200'000; ++n) name += "a.";
+  for (const std::string& text : {name + "a = 1\n", "[" + name + "a]\n"}) {
+    const Outcome outcome = with_config(folder, text);
+    CHECK(outcome.code == 3);
+    CHECK(outcome.err.find("c.toml: expected a few lines") != std::string::npos);
+  }
+}
+
 TEST_CASE("a configuration must be a regular file: a pipe would wait for ever") {
   const SceneFolder folder;
   REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);

@@ -96,6 +96,23 @@ TEST_CASE("a byte-order mark of UTF-8 is skipped, other encodings are refused") 
   }
 }
 
+TEST_CASE("what messages repeat of a file is one line of a stated length") {
+  CHECK(in_one_line("plain, \xc3\xa9") == "plain, \xc3\xa9");
+  CHECK(in_one_line(std::string_view("a\n\0\x1b[2J\x7f\t", 9)) == "a???[2J??");
+  CHECK(in_one_line("abcdef", 6) == "abcdef");
+  CHECK(in_one_line("abcdef", 5) == "abcde…");
+  // Two bytes, then three, are one character: never half of it.
+  CHECK(in_one_line("ab\xc3\xa9z", 3) == "ab…");
+  CHECK(in_one_line("ab\xe2\x82\xacz", 4) == "ab…");
+  CHECK(in_one_line("ab\xe2\x82\xacz", 5) == "ab\xe2\x82\xac…");
+  CHECK(in_one_line(std::string(100, '\xbf'), 50).size() < 60);  // no UTF-8 at all
+  CHECK(in_quotes(std::string(61, 'x')) == "'" + std::string(60, 'x') + "…'");
+  CHECK(in_quotes("") == "''");
+  CHECK(has_control_characters(std::string_view("a\0b", 3)));
+  CHECK(has_control_characters("a\nb"));
+  CHECK_FALSE(has_control_characters("a b\xc3\xa9"));
+}
+
 TEST_CASE("JSON may be nested to a limit, brackets in texts do not count") {
   const auto nested = [](int depth) {
     return std::string(static_cast<std::size_t>(depth), '[') + std::string(static_cast<std::size_t>(depth), ']');

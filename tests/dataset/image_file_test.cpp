@@ -73,6 +73,63 @@ TEST_CASE("integer images become floats of the same value") {
   CHECK(read_image(folder / "grey.png")(0, 0) == 9.0f);
 }
 
+TEST_CASE("a header that promises more than the file can hold is refused before anything is allocated") {
+  const ScratchFolder folder;
+  const auto bytes_of = [&](const char* name, const cv::Mat& mat, const std::vector<int>& parameters = {}) {
+    cv::imwrite((folder / name).string(), mat, parameters);
+    return read_text(folder / name);
+  };
+  // The bytes from `at` on, high byte first, become `value`.
+  const auto altered = [](std::string bytes, std::size_t at, std::initializer_list<int> value) {
+    for (const int byte : value) bytes.at(at++) = static_cast<char>(byte);
+    return bytes;
+  };
+  const auto complaint = [&](const char* name, const std::string& bytes) {
+    write_text(folder / name, bytes);
+    return error_of(folder / name);
+  };
+  const cv::Mat grey(16, 16, CV_8UC1, cv::Scalar(77));
+
+  const std::string png = bytes_of("a.png", grey);
+  CHECK(complaint("a.png", altered(png, 16, {0, 0, 0x70, 0, 0, 0, 0x70, 0})).find("28672 x 28672") != std::string::npos);
+  CHECK(complaint("a.png", altered(png, 16, {0x7f, 0xff, 0xff, 0xff})).find("promises") != std::string::npos);
+  CHECK(complaint("a.png", png.substr(0, 20)).find("cut off") != std::string::npos);
+
+  const std::string jpeg = bytes_of("a.jpg", grey);
+  const std::size_t frame = jpeg.find("\xff\xc0");
+  REQUIRE(frame != std::string::npos);
+  CHECK(complaint("a.jpg", altered(jpeg, frame + 5, {0x70, 0, 0x70, 0})).find("28672 x 28672") != std::string::npos);
+  // Each scan of a progressive file is another pass over the picture.
+  const std::string scans = bytes_of("b.jpg", grey, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  std::string many = scans.substr(0, scans.size() - 2);
+  const std::size_t scan = scans.rfind("\xff\xda");
+  for (int n = 0; n < 100; ++n) many += scans.substr(scan, scans.size() - 2 - scan);
+  CHECK(error_of(folder / "b.jpg").empty());
+  CHECK(complaint("b.jpg", many + "\xff\xd9").find("scans") != std::string::npos);
+
+  // Sizes of our own TIFF: entries of 12 bytes each, tag, type, count, value, low byte first.
+  const auto tiff_bytes = encode_tiff(Image<float>(16, 16, 1.0f));
+  const std::string tiff(reinterpret_cast<const char*>(tiff_bytes.data()), tiff_bytes.size());
+  const auto value_of_tag = [&](const char* tag) {
+    const std::size_t entry = tiff.find(std::string(tag, 2), static_cast<unsigned char>(tiff[4]));
+    REQUIRE(entry != std::string::npos);
+    return entry;
+  };
+  const std::string huge = altered(tiff, value_of_tag("\x01\x01") + 2, {4, 0, 1, 0, 0, 0, 0, 0, 8, 0});
+  CHECK(complaint("a.tif", huge).find("524288 x 16") != std::string::npos);
+  // A strip of half a million rows beside a picture of 16: what is decoded at once counts.
+  const std::string strip = altered(tiff, value_of_tag("\x16\x01") + 2, {4, 0, 1, 0, 0, 0, 0, 0, 8, 0});
+  CHECK(complaint("a.tif", strip).find("33554432 bytes") != std::string::npos);
+}
+
+TEST_CASE("formats that nobody promised are not handed to a decoder") {
+  const ScratchFolder folder;
+  for (const char* name : {"a.bmp", "a.pgm", "a.pfm"}) {
+    cv::imwrite((folder / name).string(), cv::Mat(4, 5, std::string(name) == "a.pfm" ? CV_32FC1 : CV_8UC1, cv::Scalar(7)));
+    CHECK(error_of(folder / name).find("expected a TIFF, PNG or JPEG image") != std::string::npos);
+  }
+}
+
 TEST_CASE("what is no image, or an image without meaning, is refused by name") {
   const ScratchFolder folder;
   CHECK(error_of(folder / "absent.tif").find("absent.tif") != std::string::npos);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/dataset/manifest.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -158,6 +159,38 @@ TEST_CASE("each mistake is named with its place") {
     CHECK(error.find(mistake[1].second) != std::string::npos);
     CHECK(error.find('\n') == std::string::npos);
   }
+}
+
+TEST_CASE("numbers beyond all doubles, and texts that would tear a message, are refused in one short line") {
+  const std::string name = "images/a\\nb\\u0000.tif";
+  const std::string cases[] = {
+      altered("\"n_range\":96", "\"n_range\":1e999"),
+      altered("\"images/a.tif\",\"az", "\"" + name + "\",\"az"),
+      manifest_text(example()) + "x",
+      altered("\"look\":\"right\"", "\"look\":\"a\\nb\""),
+      altered("\"look\":\"right\"", "\"look\":\"" + std::string(100'000, 'x') + "\""),
+      altered("\"look\":\"right\"", "\"look\":\"right\",\"\\u001b[2J\":1"),
+      altered("\"look\":\"right\"", "\"look\":\"" + std::string(100'000, 'x')),
+  };
+  for (const std::string& text : cases) {
+    const std::string error = error_of(text);
+    INFO(error);
+    CHECK(error.find("dataset.json: ") == 0);
+    CHECK(error.size() < 1000);
+    CHECK(std::none_of(error.begin(), error.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }));
+  }
+}
+
+TEST_CASE("no key stands twice in an object, and no object has thousands of them") {
+  CHECK(error_of(altered("\"n_range\":96", "\"n_range\":96,\"n_range\":97")).find("'n_range' stands twice") !=
+        std::string::npos);
+  const auto provenance = [](int n_keys) {
+    std::string keys;
+    for (int n = 0; n < n_keys; ++n) keys += (n == 0 ? "\"" : ",\"") + std::to_string(n) + "\":0";
+    return altered("\"provenance\": {", "\"provenance\": {\"more\":{" + keys + "},");
+  };
+  CHECK(error_of(provenance(4096)) == "accepted");
+  CHECK(error_of(provenance(4097)).find("at most 4096 keys") != std::string::npos);
 }
 
 TEST_CASE("what would not be read is not written") {

@@ -123,6 +123,24 @@ TEST_CASE("JSON nested without end is refused by file and limit") {
   CHECK(says(refusal("a.json", objects), {"a.json:1:", "64"}));
 }
 
+TEST_CASE("Names in a scene file that would tear a message or end a path early are refused") {
+  const auto scene = [](const std::string& inside) {
+    return R"({"format": "sarnerf-scene", "version": 1, )" + inside + "}";
+  };
+  for (const char* name : {"a\\nb.obj", "a.obj\\u0000.obj", ""}) {
+    CHECK(says(refusal("s.json", scene(R"("meshes": [{"file": ")" + std::string(name) + R"("}])")),
+               {"s.json: meshes[0].file", "the name of a file"}));
+    CHECK(says(refusal("s.json", scene(R"("meshes": [], "materials_file": ")" + std::string(name) + "\"")),
+               {"s.json: materials_file", "the name of a file"}));
+  }
+  CHECK(says(refusal("s.json", scene(R"("meshes": [], "a\nb": 1)")), {"unknown key 'a?b'"}));
+  CHECK(says(refusal("s.json", scene(R"("meshes": [], "materials": {"a\nb": {"gamma0": -1}})")),
+             {"materials.a?b.gamma0"}));
+  const std::string message = refusal("s.json", scene("\"meshes\": [\"" + std::string(100'000, 'x')));
+  CHECK(says(message, {"s.json", "JSON"}));
+  CHECK(message.size() < 1000);
+}
+
 TEST_CASE("OBJ that cannot be used") {
   CHECK(says(refusal("a.obj", "v 0 0 0\nv 1 0\nf 1 2 3\n"),
              {"a.obj:2:", "three coordinates", "end of the line"}));

@@ -205,6 +205,38 @@ TEST_CASE("Concave polygons keep their area, whichever way they look") {
   }
 }
 
+TEST_CASE("Polygons of as many corners as are cut: a spiral keeps its area, a hostile one ends") {
+  // A spiral's ears lie at its ends only. Corners that go round a triangle again and again, and then round a
+  // smaller one within it, have no ear at all: each must be asked once and not again after every cut.
+  constexpr int kCorners = 4096;
+  ObjBuilder spiral;
+  std::string face = "f";
+  std::vector<glm::dvec2> outline;
+  for (int n = 0; n < kCorners; ++n) {
+    const bool out = n < kCorners / 2;
+    const double angle_rad = 0.1 * (out ? n : kCorners - 1 - n);
+    const double radius = 1.0 + 0.2 * angle_rad + (out ? 0.0 : 0.05);
+    outline.emplace_back(radius * std::cos(angle_rad), radius * std::sin(angle_rad));
+    face += " " + std::to_string(spiral.vertex({outline.back().y, 0.0, outline.back().x}));
+  }
+  spiral.line(face);
+  double shoelace = 0.0;
+  for (int n = 0; n < kCorners; ++n) {
+    const glm::dvec2 p = outline[static_cast<std::size_t>(n)];
+    const glm::dvec2 q = outline[static_cast<std::size_t>((n + 1) % kCorners)];
+    shoelace += 0.5 * (p.x * q.y - p.y * q.x);
+  }
+  CHECK(area(load_text("spiral.obj", spiral.text())) == Approx(std::abs(shoelace)));
+
+  std::string hostile = "v 0 0 0\nv 4 0 0\nv 0 0 4\nv 1 0 1\nv 1 0 1.5\nv 1.5 0 1\n";
+  for (int f = 0; f < 8; ++f) {
+    hostile += "f";
+    for (int n = 0; n < kCorners; ++n) hostile += n < kCorners / 2 ? " " + std::to_string(1 + n % 3) : " " + std::to_string(4 + n % 3);
+    hostile += "\n";
+  }
+  CHECK_FALSE(load_text("hostile.obj", hostile).mesh.triangles.empty());
+}
+
 TEST_CASE("A polygon that crosses itself is cut and reported") {
   const Scene scene =
       load_text("bow.obj", "v 0 0 0\nv 1 0 1\nv 1 0 0\nv 0 0 1.5\nv 3 0 0.1\nf 1 2 3 4 5\n");

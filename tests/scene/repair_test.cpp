@@ -33,6 +33,54 @@ TEST_CASE("A good cube is left alone") {
   CHECK(scene.box.max == glm::dvec3(3, 4, 5));
 }
 
+TEST_CASE("Four vertices where twelve media meet become twelve solids") {
+  ObjBuilder obj;
+  obj.vertex({0, 0, 0});
+  obj.vertex({1, 0, 0});
+  obj.vertex({0, 1, 0});
+  obj.vertex({0, 0, 1});
+  std::string media;
+  for (int n = 0; n < 12; ++n) {
+    const std::string name = "m" + std::to_string(n);
+    media += (n == 0 ? "\"" : ",\"") + name + "\":{\"extinction_per_m\":1}";
+    obj.line("usemtl " + name);
+    obj.triangle(1, 3, 2);
+    obj.triangle(1, 2, 4);
+    obj.triangle(2, 3, 4);
+    obj.triangle(3, 1, 4);
+  }
+  const ScratchFolder folder;
+  LoadOptions options;
+  options.materials_file =
+      folder.write("m.json", R"({"format":"sarnerf-materials","version":1,"materials":{)" + media + "}}");
+  const Scene scene = load(obj, options);
+  CHECK(scene.pieces.size() == 12);
+  CHECK(n_closed(scene) == 12);
+  CHECK(scene.mesh.vertices_m.size() == 48);
+}
+
+TEST_CASE("A cavity is found behind a face without area") {
+  // A corner halfway along an edge, which the face beyond does not have: a triangle without area joins them.
+  ObjBuilder obj;
+  for (int n = 0; n < 8; ++n) obj.vertex(cube_corner(n, {0, 0, 0}, 4.0));
+  const auto corners = kCubeFaces[0];
+  const int a = corners[0] + 1, b = corners[1] + 1, c = corners[2] + 1;
+  const int middle =
+      obj.vertex(0.5 * (cube_corner(a - 1, {0, 0, 0}, 4.0) + cube_corner(b - 1, {0, 0, 0}, 4.0)));
+  obj.triangle(a, middle, c);
+  obj.triangle(middle, b, c);
+  obj.triangle(a, b, middle);
+  for (std::size_t f = 1; f < kCubeFaces.size(); ++f) {
+    obj.triangle(kCubeFaces[f][0] + 1, kCubeFaces[f][1] + 1, kCubeFaces[f][2] + 1);
+  }
+  obj.cube({1, 1, 1}, 2.0, true);
+  const Scene scene = load(obj);
+  REQUIRE(scene.pieces.size() == 1);
+  CHECK(scene.pieces[0].closed);
+  CHECK(signed_volume(scene, 0) == Approx(64.0 - 8.0));
+  CHECK(has_line(scene.report.notes, "so a cavity"));
+}
+
 TEST_CASE("An inverted cube is turned outward") {
   ObjBuilder obj;
   obj.cube({0, 0, 0}, 2.0, true);

@@ -2,6 +2,7 @@
 #include <openvdb/tools/LevelSetSphere.h>
 #include <openvdb/tools/LevelSetUtil.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "catch.h"
@@ -104,6 +105,21 @@ TEST_CASE("fog is read whatever its compression, and as half floats", "[vdb]") {
     }
     CHECK(largest < 1e-3f);
   }
+}
+
+TEST_CASE("distances as large as floats get give normals all the same", "[vdb]") {
+  auto sphere = level_set();
+  // Two voxels apart along y the sign changes, and the difference is beyond all floats.
+  for (auto voxel = sphere->beginValueOn(); voxel; ++voxel) {
+    const openvdb::Coord at = voxel.getCoord();
+    if (at.x() % 3 == 0) voxel.setValue((at.y() >> 1 & 1) != 0 ? 3e38f : -3e38f);
+  }
+  const ScratchFolder folder;
+  write_foreign(folder.path() / "a.vdb", {sphere});
+  const Volume volume = to_volume(read_vdb(folder.path() / "a.vdb", {}));
+  REQUIRE(volume.n_occupied_voxels > 0);
+  const auto values = volume.grid.view().values;
+  CHECK(std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }));
 }
 
 TEST_CASE("a level set becomes an opaque solid", "[vdb]") {

@@ -132,6 +132,18 @@ TEST_CASE("lengths that promise more than the file holds allocate nothing", "[vd
   }
 }
 
+TEST_CASE("a type that would tear the message is repeated in one line", "[vdb]") {
+  const ScratchFolder folder;
+  auto density = random_floats("density", 3, 0.0f, 1.0f);
+  write_foreign(folder.path() / "a.vdb", {density});
+  std::string bytes = bytes_of(folder.path() / "a.vdb");
+  const std::size_t at = bytes.find("Tree_float_5_4_3");
+  REQUIRE(at != std::string::npos);
+  bytes[at + 8] = '\n';
+  const auto path = folder.write("a.vdb", bytes);
+  CHECK(contains(message_of<InputError>([&] { read_vdb(path, {}); }), "expected values of type float, found flo?t"));
+}
+
 TEST_CASE("files that are none of OpenVDB's are refused by their first bytes", "[vdb]") {
   const ScratchFolder folder;
   const auto complaint = [&](const std::string& bytes) {

@@ -92,6 +92,18 @@ TEST_CASE("transforms other than uniform scale and translation are refused", "[v
   CHECK(contains(complaint({frustum}), "found a perspective or unknown one"));
 }
 
+TEST_CASE("voxels too small for OpenVDB, and volumes out of reach, are refused and not thrown at", "[vdb]") {
+  VdbReadOptions options;
+  options.units_m = 1e-6;
+  CHECK(contains(complaint({floats("density")}, {}, options), "expected voxels of at least 2e-05 m"));
+  options.units_m = 1e-4;
+  CHECK(complaint({floats("density")}, {}, options).empty());
+  options.units_m = 1e7;
+  CHECK(contains(complaint({floats("density")}, {}, options), "within 1e+12 m"));
+  CHECK_THROWS_AS(vdb_transform({glm::dvec3(0.0), 1e-6}), UsageError);
+  CHECK_NOTHROW(vdb_transform({glm::dvec3(0.0), 2e-5}));
+}
+
 TEST_CASE("grids of one scene share their voxels", "[vdb]") {
   const auto other = [](const GridTransform& lattice) {
     return random_floats("scattering", 3, 0.0f, 1.0f, lattice);

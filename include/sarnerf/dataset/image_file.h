@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "sarnerf/core/image.h"
@@ -23,5 +25,8 @@ std::vector<std::byte> encode_tiff(const Image<std::uint8_t>& image);
 /// Throws InputError for a missing, damaged, coloured, transparent or multi-channel file and for values
 /// that are not finite.
 Image<float> read_image(const std::filesystem::path& path);
+
+/// The same of a file's bytes; `where` names them in messages.
+Image<float> decode_image(std::span<const std::byte> bytes, const std::string& where);
 
 }  // namespace sarnerf

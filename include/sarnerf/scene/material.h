@@ -53,6 +53,8 @@ class MaterialLibrary {
   /// Adds the materials of a "sarnerf-materials" JSON file and returns their names; InputError names file
   /// and key.
   std::vector<std::string> add_file(const std::filesystem::path& path);
+  /// The same of such a file's text; `name` is what messages call it.
+  std::vector<std::string> add_text(std::string_view text, const std::string& name);
   /// Adds the object under "materials" of a scene file; `where` goes into error messages.
   void add_json(std::string_view json_text, const std::string& where);
   void add(Material material);
