@@ -13,7 +13,8 @@ namespace sarnerf {
 /// entry and exit. Built once, then used for any number of views.
 class SurfaceEngine final : public Engine {
  public:
-  /// Builds the acceleration structure. Throws GeometryError for a scene without triangles and ground.
+  /// Builds the acceleration structure. `scene` must outlive the engine. Throws GeometryError for a scene without
+  /// triangles and ground.
   explicit SurfaceEngine(const Scene& scene);
   ~SurfaceEngine() override;
 
