@@ -223,7 +223,8 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
                       : *ground;
     }
   }
-  plan.memory_bytes = std::uint64_t(a.n_azimuth) * std::uint64_t(a.n_range) * sizeof(float);
+  // The image, and the coarser one from which its error is estimated.
+  plan.memory_bytes = 2 * std::uint64_t(a.n_azimuth) * std::uint64_t(a.n_range) * sizeof(float);
   if (!angles) {
     plan.fan.n_elevation = 0;
     plan.left_out.push_back("everything: no ray meets the scene inside the swath");
