@@ -60,13 +60,12 @@ void sweep_surface(const SurfaceEngine& engine, const Acquisition& view, const I
 
 void sweep_voxels(const Scene& scene, const Acquisition& view, const Image<float>& reference, int rounds,
                   SceneAccuracy& out) {
-  std::optional<Volume> coarser;
   const auto voxels_of = [&](double bins) {
     VoxeliseOptions options;
     options.voxel_size_m = bins * view.range_spacing_m;
     return to_volume(voxelise(scene, options));
   };
-  coarser = voxels_of(2.0 * kVoxels[0]);
+  std::optional<Volume> coarser = voxels_of(2.0 * kVoxels[0]);
   for (const double bins : kVoxels) {
     const Volume volume = voxels_of(bins);
     const VoxelEngine engine(scene, volume, std::move(coarser));

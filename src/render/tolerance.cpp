@@ -120,7 +120,6 @@ ToleranceChoice choose_sampling(const Engine& engine, const Acquisition& acquisi
       }
     }
     choice.steps.push_back(step);
-    choice.expected_s = step.seconds;
     if (meets(error, tolerance)) {
       choice.met = TolerantView{std::move(view), std::move(plan), true, {step}};
       return choice;
@@ -129,7 +128,6 @@ ToleranceChoice choose_sampling(const Engine& engine, const Acquisition& acquisi
     const bool trusted = wanted.longest() <= kTrustedStep;
     const Refinement next = wanted.capped(trusted ? kTrustedStep : kPilotStep);
     choice.sampling = refined(plan, next);
-    choice.expected_s = step.seconds * next.rays * next.slices;
     if (trusted) return choice;
     before = std::move(view.error);
   }

@@ -27,7 +27,6 @@ inline constexpr std::size_t kMostAttempts = 5;
 /// The cheapest sampling that is expected to meet a tolerance.
 struct ToleranceChoice {
   Sampling sampling;        ///< ray spacing and slices a row; good for similar views of the scene, too
-  double expected_s = 0.0;  ///< of a view like this one
   std::vector<ToleranceStep> steps;
   std::optional<TolerantView> met;  ///< the last pilot, if it met the tolerance already
 };
