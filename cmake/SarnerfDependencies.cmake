@@ -19,3 +19,7 @@ if(SARNERF_SIMULATOR)
   find_package(CGAL REQUIRED)
   include(OpenVDBTargets)
 endif()
+
+if(SARNERF_NERF)
+  include(TorchTargets)
+endif()

@@ -15,6 +15,7 @@ set(package_of_embree embree)
 set(package_of_CGAL::CGAL CGAL)
 set(package_of_sarnerf_openvdb OpenVDB)
 set(package_of_sarnerf_rsvg Rsvg)
+set(package_of_sarnerf_torch Torch)
 foreach(component IN ITEMS core imgproc imgcodecs)
   set(package_of_sarnerf_opencv_${component} OpenCV)
 endforeach()
@@ -66,9 +67,10 @@ install(FILES
   ${PROJECT_SOURCE_DIR}/cmake/OpenCVTargets.cmake
   ${PROJECT_SOURCE_DIR}/cmake/OpenVDBTargets.cmake
   ${PROJECT_SOURCE_DIR}/cmake/RsvgTargets.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/TorchTargets.cmake
   DESTINATION ${package_dir})
 
-foreach(program IN ITEMS sar_render sar_bench)
+foreach(program IN ITEMS sar_render sar_bench sar_nerf_train sar_nerf_render)
   if(TARGET ${program})
     install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   endif()

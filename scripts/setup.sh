@@ -5,28 +5,35 @@ set -eu
 
 usage() {
   cat <<EOF
-Usage: scripts/setup.sh [--check]
+Usage: scripts/setup.sh [--check] [--optional]
 Installs the Debian packages that building and testing need and that are not installed yet.
-  --check  only list what is missing; exits 1 when something is
+  --check     only list what is missing; exits 1 when something is
+  --optional  with those of scripts/packages-optional.txt, without which some tests are skipped
 EOF
 }
 
 check_only=false
-case "${1-}" in
-  '') ;;
-  --check) check_only=true ;;
-  -h | --help) usage; exit 0 ;;
-  *) usage >&2; exit 2 ;;
-esac
+optional=false
+for argument in "$@"; do
+  case $argument in
+    --check) check_only=true ;;
+    --optional) optional=true ;;
+    -h | --help) usage; exit 0 ;;
+    *) usage >&2; exit 2 ;;
+  esac
+done
 
 if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
   echo "setup: this script needs Debian's apt; elsewhere, install the counterparts of scripts/packages.txt" >&2
   exit 1
 fi
 
-list=$(dirname "$0")/packages.txt
+packages() {
+  sed 's/#.*//' "$(dirname "$0")/packages.txt"
+  if $optional; then sed 's/#.*//' "$(dirname "$0")/packages-optional.txt"; fi
+}
 missing=
-for package in $(sed 's/#.*//' "$list"); do
+for package in $(packages); do
   state=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2> /dev/null || true)
   [ "$state" = installed ] || missing="$missing $package"
 done

@@ -73,7 +73,8 @@ void Console::clear_bar() {
   bar_drawn_ = false;
 }
 
-void Console::progress(std::string_view stage, std::uint64_t done, std::uint64_t total) {
+void Console::progress(std::string_view stage, std::uint64_t done, std::uint64_t total,
+                       std::string_view detail) {
   if (verbosity_ < 0) return;
   const std::scoped_lock lock(mutex_);
   const Clock::time_point now = Clock::now();
@@ -92,7 +93,8 @@ void Console::progress(std::string_view stage, std::uint64_t done, std::uint64_t
     return;
   }
   last_drawn_ = now;
-  const std::string text = progress_text(done, total, now);
+  std::string text = progress_text(done, total, now);
+  if (!detail.empty()) text.append("  ").append(detail);
   if (terminal_) {
     std::fprintf(stream_, "\r\033[K%s", text.c_str());
     bar_drawn_ = true;

@@ -30,7 +30,9 @@ class Console {
 
   /// A bar with rate and time left that redraws itself on a terminal; elsewhere a line every ten
   /// seconds. Another stage, or done == total, ends the bar.
-  void progress(std::string_view stage, std::uint64_t done, std::uint64_t total);
+  /// `detail` follows the figures.
+  void progress(std::string_view stage, std::uint64_t done, std::uint64_t total,
+                std::string_view detail = {});
 
  private:
   using Clock = std::chrono::steady_clock;

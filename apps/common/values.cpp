@@ -210,6 +210,23 @@ std::uint64_t parse_bytes(std::string_view option, std::string_view text) {
   return static_cast<std::uint64_t>(*value * factor);
 }
 
+double parse_seconds(std::string_view option, std::string_view text) {
+  constexpr double kMost_s = 1e9;
+  std::string_view digits = text;
+  double unit_s = 1.0;
+  if (!digits.empty()) {
+    switch (digits.back()) {
+      case 's': digits.remove_suffix(1); break;
+      case 'm': digits.remove_suffix(1); unit_s = 60.0; break;
+      case 'h': digits.remove_suffix(1); unit_s = 3600.0; break;
+      default: break;
+    }
+  }
+  const auto value = to_number(digits);
+  if (!value || !(*value > 0.0) || *value * unit_s > kMost_s) fail(option, "a time such as 90s, 2m or 1h", text);
+  return *value * unit_s;
+}
+
 std::string bytes_text(std::uint64_t bytes) {
   constexpr const char* kUnits[] = {"B", "KiB", "MiB", "GiB", "TiB"};
   double value = double(bytes);

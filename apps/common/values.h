@@ -52,6 +52,9 @@ double parse_units_m(std::string_view option, std::string_view text);
 /// Bytes: "8G", "500M", "1.5GiB", "2000000". K, M, G, T are powers of 1024.
 std::uint64_t parse_bytes(std::string_view option, std::string_view text);
 
+/// A time above zero: "90", "90s", "2m", "1.5h".
+double parse_seconds(std::string_view option, std::string_view text);
+
 /// "1.5 GiB".
 std::string bytes_text(std::uint64_t bytes);
 

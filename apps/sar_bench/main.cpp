@@ -121,6 +121,14 @@ void run(int argc, char** argv) {
   CLI::App* accuracy = app.add_subcommand(
       "accuracy", "Error against time over elevation rays and sub-rows, each scene");
   add_common(*accuracy, o);
+  accuracy->add_option("--pitch", o.study.pitch_deg, "Incidence of the view, degrees")
+      ->type_name("DEG")
+      ->check(CLI::Range(1.0, 89.0).description(""))
+      ->capture_default_str();
+  accuracy->add_option("--azimuth", o.study.azimuth_deg, "Where the radar of the view stands, degrees")
+      ->type_name("DEG")
+      ->check(CLI::Range(-360.0, 360.0).description(""))
+      ->capture_default_str();
   accuracy->add_option("--diagrams", o.diagrams, "Write PREFIX-SCENE.svg and .png, a work-precision diagram a scene")
       ->type_name("PREFIX");
   accuracy->add_option("--table", o.table_file, "Write scenes by settings as Markdown")->type_name("FILE");

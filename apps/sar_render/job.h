@@ -19,6 +19,13 @@
 
 namespace sarnerf::app {
 
+/// Wall-clock seconds of the stages that come before rendering.
+struct PreparationTimes {
+  double load_s = 0.0;
+  double build_s = 0.0;
+  double plan_s = 0.0;
+};
+
 /// Everything decided and built, nothing rendered.
 struct Job {
   Options options;

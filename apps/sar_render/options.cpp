@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "options.h"
 
-#include <cstdio>
 #include <limits>
 
 #include "command_line.h"
 #include "sarnerf/core/error.h"
 #include "values.h"
+#include "view_angles.h"
 
 namespace sarnerf::app {
 namespace {
@@ -24,9 +24,6 @@ constexpr const char* kExamples =
     "  sar_render data/truck.obj --depression 17 --azimuth 0:359:1 --spacing 0.1 --size 128x256 -o truck\n"
     "  sar_render data/street.json --pitch 35:55:5 --azimuth 0,90 --explain\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 not finite, 130 interrupted.";
-
-/// Limits of altitude and slant range: beyond the moon's orbit, or on a laboratory's table, nothing is a SAR.
-constexpr double kNearestRadar_m = 1e-3, kFarthestRadar_m = 1e9;
 
 /// Tolerances of --error: below the least, single precision and the deposit's own tolerance show.
 constexpr double kLeastTolerance = 0.001, kMostTolerance = 0.2;
@@ -129,26 +126,7 @@ std::vector<double> resolve_incidence_deg(const Texts& t) {
     throw UsageError("--pitch (from the vertical) or --depression (from the horizontal) is needed, such "
                      "as --pitch 45");
   }
-  const auto check = [](const char* option, double angle_deg) {
-    if (angle_deg > 0.0 && angle_deg < 90.0) return;
-    char text[120];
-    std::snprintf(text, sizeof text, "%s: expected degrees between 0 and 90, both excluded, found %.10g",
-                  option, angle_deg);
-    throw UsageError(text);
-  };
-  std::vector<double> pitch, depression;
-  if (!t.pitch.empty()) pitch = parse_angles_deg("--pitch", t.pitch);
-  if (!t.depression.empty()) depression = parse_angles_deg("--depression", t.depression);
-  for (const double angle : pitch) check("--pitch", angle);
-  for (double& angle : depression) {
-    check("--depression", angle);
-    angle = 90.0 - angle;
-  }
-  if (!pitch.empty() && !depression.empty() && pitch != depression) {
-    throw UsageError("--pitch " + t.pitch + " and --depression " + t.depression +
-                     " contradict each other: depression is 90 - pitch; give one of them");
-  }
-  return pitch.empty() ? depression : pitch;
+  return incidences_deg(t.pitch, t.depression);
 }
 
 template <class Value, class Parse>

@@ -24,9 +24,6 @@ std::filesystem::path sweep_folder(const Options& options);
 /// Where the output of these options goes, for people.
 std::string output_text(const Options& options);
 
-/// Throws Error unless the folder can be written to, or created. Creates nothing.
-void require_possible(const std::filesystem::path& folder);
-
 /// Throws UsageError where --save-volume would replace something, before any work.
 void require_volume_place(const Options& options);
 

@@ -6,18 +6,10 @@
 
 #include "formation.h"
 #include "layer_files.h"
-#include "sarnerf/core/error.h"
-#include "sarnerf/core/input_file.h"
-#include "sarnerf/core/input_text.h"
 #include "sarnerf/core/sha256.h"
-#include "version.h"
 
 namespace sarnerf::app {
 namespace {
-
-constexpr const char* kFormat = "sarnerf-recipe";
-constexpr int kFormatVersion = 1;
-constexpr std::size_t kMaxDifferences = 3;
 
 template <class Value>
 Json or_auto(const std::optional<Value>& value) {
@@ -59,34 +51,6 @@ Json views_request(const Options& o) {
   return j;
 }
 
-/// The same with what is not UTF-8 replaced, as it comes back from a file: names of files may be any bytes.
-Json valid_text(const Json& json) {
-  return Json::parse(json.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
-void collect_differences(const Json& found, const Json& wanted, const std::string& place,
-                         std::vector<std::string>& list) {
-  if (found == wanted) return;
-  if (!found.is_object() || !wanted.is_object()) {
-    const auto shortened = [](const Json& j) {
-      std::string text = j.is_null() ? "nothing" : j.dump();
-      return text.size() > 48 ? text.substr(0, 45) + "..." : text;
-    };
-    list.push_back(place + ": " + shortened(found) + " there, " + shortened(wanted) + " now");
-    return;
-  }
-  const auto member = [](const Json& object, const std::string& key) {
-    return object.contains(key) ? object.at(key) : Json();
-  };
-  const std::string prefix = place.empty() ? "" : place + ".";
-  for (const auto& [key, value] : wanted.items()) {
-    collect_differences(member(found, key), value, prefix + key, list);
-  }
-  for (const auto& [key, value] : found.items()) {
-    if (!wanted.contains(key)) collect_differences(value, Json(), prefix + key, list);
-  }
-}
-
 }  // namespace
 
 Json request_of(const Options& o) {
@@ -106,42 +70,6 @@ Json request_of(const Options& o) {
                       {"integrator", name(o.sampling.integrator)}};
   if (o.tolerance) j["computation"]["error"] = *o.tolerance;
   return valid_text(j);
-}
-
-Json make_recipe(const Json& request, const Json& resolved) {
-  return valid_text({{"format", kFormat},
-                     {"version", kFormatVersion},
-                     {"program", "sar_render " + std::string(kVersion)},
-                     {"request", request},
-                     {"resolved", resolved}});
-}
-
-std::optional<Json> read_recipe(const std::filesystem::path& path) {
-  std::string text;
-  try {
-    text = read_whole_file(path);
-    require_shallow_json(text, path.string());
-  } catch (const InputError&) {
-    return std::nullopt;
-  }
-  Json recipe = Json::parse(text, nullptr, false);
-  if (!recipe.is_object() || recipe.value("format", Json()) != kFormat) return std::nullopt;
-  return recipe;
-}
-
-std::string recipe_text(const Json& recipe) { return recipe.dump(2) + "\n"; }
-
-std::string difference(const Json& found, const Json& wanted) {
-  std::vector<std::string> list;
-  collect_differences(found, wanted, "", list);
-  std::string text;
-  for (std::size_t n = 0; n < std::min(kMaxDifferences, list.size()); ++n) {
-    text += (n > 0 ? "; " : "") + list[n];
-  }
-  if (list.size() > kMaxDifferences) {
-    text += "; and " + std::to_string(list.size() - kMaxDifferences) + " more";
-  }
-  return text;
 }
 
 }  // namespace sarnerf::app

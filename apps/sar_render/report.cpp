@@ -1,26 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "process.h"
 #include "version.h"
 
 namespace sarnerf::app {
-namespace {
-
-/// Largest resident size of this process so far.
-std::uint64_t peak_memory_bytes() {
-  rusage usage = {};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-}
-
-}  // namespace
 
 void add(const Products& products, RunFigures& figures) {
   ++figures.n_rendered;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "display_scale.h"
+#include "output_files.h"
 #include "output_place.h"
 #include "products.h"
 #include "report.h"
@@ -76,7 +77,7 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   job.views.front().image = paths.tiff.filename().string();
   Json resolved = resolved_of(job);
   resolved["view"] = Json::parse(view_text(job.views.front()));
-  Json recipe = make_recipe(request, resolved);
+  Json recipe = make_recipe(kProgram, request, resolved);
   std::string result = paths.tiff.string() + "\n" + paths.png.string() + "\n";
   for (const std::string& ending : layer_endings(job.options.layers)) {
     result += paths.layer(ending).string() + "\n";
@@ -104,9 +105,9 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   const Stopwatch drawing;
   const float white = white_level(products.image);
   const DisplayScale scale(std::span(&white, 1));
-  const std::vector<std::byte> picture = make_picture(products.image, job.options, scale);
+  const std::vector<std::byte> picture = make_picture(products.image, job.options.quantity, scale);
   const std::vector<LayerFile> layers = layer_files(products, job.options, scale);
-  recipe["display"] = scale.text(job.options);
+  recipe["display"] = scale.text(job.options.quantity);
   const double encode_s = products.encode_s + drawing.seconds();
   const Stopwatch writing;
   AtomicFiles files;

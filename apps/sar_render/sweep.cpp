@@ -6,6 +6,7 @@
 
 #include "folder_lock.h"
 #include "layer_files.h"
+#include "output_files.h"
 #include "output_place.h"
 #include "report.h"
 #include "sarnerf/core/atomic_file.h"
@@ -40,7 +41,7 @@ std::string manifest_of(const Job& job, const Json& recipe, const std::vector<ch
   if (!job.options.layers.empty()) {
     provenance["layers"] = {{"folder", "layers"}, {"names", layers_request(job.options.layers)}};
   }
-  if (display) provenance["display"] = display->text(job.options);
+  if (display) provenance["display"] = display->text(job.options.quantity);
   if (dataset.views.size() < job.views.size()) {
     provenance["unfinished"] = std::to_string(dataset.views.size()) + " of " +
                                std::to_string(job.views.size()) +
@@ -66,7 +67,7 @@ std::string progress_text(const SweepRun& run) {
 }  // namespace
 
 void check_sweep(const Options& options, const Json& request) {
-  const SweepFolder folder(sweep_folder(options), 2);
+  const SweepFolder folder(sweep_folder(options), 2, layer_endings(all_layers()));
   std::error_code code;
   if (std::filesystem::exists(folder.path(), code) && !std::filesystem::is_directory(folder.path())) {
     throw UsageError(folder.path().string() +
@@ -85,9 +86,9 @@ void check_sweep(const Options& options, const Json& request) {
 
 std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, Console& console,
                         const Monitor& monitor) {
-  const SweepFolder folder(sweep_folder(job.options), job.views.size());
+  const SweepFolder folder(sweep_folder(job.options), job.views.size(), layer_endings(all_layers()));
   for (std::size_t n = 0; n < job.views.size(); ++n) job.views[n].image = folder.image_name(n);
-  const Json recipe = make_recipe(request, resolved_of(job));
+  const Json recipe = make_recipe(kProgram, request, resolved_of(job));
   const std::string result = folder.manifest().string() + "\n";
 
   make_folder(folder.path());

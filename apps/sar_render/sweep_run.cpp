@@ -79,7 +79,7 @@ Products SweepRun::render_view(std::size_t view, const Monitor& monitor) const {
 
 void SweepRun::write(std::size_t view, Products products, const Monitor& monitor) {
   const Stopwatch drawing;
-  const std::vector<std::byte> picture = make_picture(products.image, job_.options, *display_);
+  const std::vector<std::byte> picture = make_picture(products.image, job_.options.quantity, *display_);
   const std::vector<LayerFile> layers = layer_files(products, job_.options, *display_);
   products.encode_s += drawing.seconds();
 

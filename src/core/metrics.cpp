@@ -7,22 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "same_size.h"
 #include "sarnerf/core/error.h"
 
 namespace sarnerf {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::string size_text(const Image<float>& image) {
-  return std::to_string(image.n_azimuth()) + " x " + std::to_string(image.n_range());
-}
-
-void require_same_size(const Image<float>& image, const Image<float>& reference) {
-  if (image.n_azimuth() == reference.n_azimuth() && image.n_range() == reference.n_range()) return;
-  throw UsageError("two images to compare must have one size; the image has " + size_text(image) +
-                   " pixels, the reference " + size_text(reference));
-}
 
 double squared_difference(const Image<float>& image, const Image<float>& reference) {
   double sum = 0.0;

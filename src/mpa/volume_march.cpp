@@ -80,13 +80,14 @@ FieldSamples<float> samples(const BatchField& field, SourceBasis basis) {
 }
 
 VolumeMarcher::VolumeMarcher(const BrickView<const float>& grid, const FieldChannels& channels,
-                             const Occupancy& occupancy, double longest_m)
+                             const Occupancy& occupancy, double longest_m, double end_depth)
     : transform_(grid.transform),
       channels_(channels),
       occupancy_(occupancy),
       finder_(occupancy.bricks()),
       sampler_(grid, channels),
-      longest_m_(longest_m) {}
+      longest_m_(longest_m),
+      end_depth_(end_depth) {}
 
 void VolumeMarcher::Cuts::begin_at(double s_m) {
   // Rounding may put a near end that lies on a border to either side of it.
@@ -152,7 +153,7 @@ double VolumeMarcher::march(const RayGrid& rays, double along_track_m, int row, 
   double s = interval.near_m;
   glm::ivec3 brick(0x7fffffff);
   std::uint32_t number = kNoBrick;
-  while (s < end_m && depth < kEndOfRayDepth) {
+  while (s < end_m && depth < end_depth_) {
     if (const glm::ivec3 here = brick_of_voxel(walk.cell()); here != brick) {
       brick = here;
       number = finder_.find(brick);
@@ -179,7 +180,7 @@ double VolumeMarcher::march(const RayGrid& rays, double along_track_m, int row, 
     }
     s = std::max(s, walk.leave(side));
   }
-  if (!run.empty() && depth < kEndOfRayDepth) flush();
+  if (!run.empty() && depth < end_depth_) flush();
   return depth;
 }
 

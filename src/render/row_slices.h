@@ -19,7 +19,8 @@ struct RowSlice {
 
 /// How rows are cut into slices: equally, but, where only a few corners of the mesh lie in a row, at these
 /// corners, too. Between them everything a slice meets changes linearly along track, which its deposit
-/// integrates exactly; a slice with a corner inside would count all or nothing of a face that ends there.
+/// integrates exactly; a slice with a corner inside would count all or nothing of a face that ends there. Not exactly
+/// linear is what hides what, so that there are at least three slices between corners that are few.
 class RowSlices {
  public:
   /// `vertices_m`: of opaque matter, relative to `origin_from_aim_m`, world axes.

@@ -131,7 +131,7 @@ void draw_legend(SvgWriter& out, const PlotLayout& layout, const std::vector<Ser
                  double unit_px) {
   if (layout.legend.entries.empty()) return;
   out.begin_group("legend");
-  if (layout.legend_inside) out.rect(layout.legend.box, kPaper, "#c8c8c8");
+  if (layout.legend_inside) out.rect(layout.legend.box, kPaper, kBorderInk);
   for (const LegendEntry& entry : layout.legend.entries) {
     const SeriesStyle& style = styles[entry.series];
     const Stroke& sample = entry.sample;

@@ -78,7 +78,7 @@ void place_legend(PlotLayout& layout, const Plot& plot, const std::vector<Series
     return;
   }
   const Legend column = legend_of(plot, kWidestRight * width, 1);
-  if (column.box.height() <= frame.area.height()) {
+  if (plot.legend_beside && column.box.height() <= frame.area.height()) {
     frame = frame_of(plot, width - column.box.width() - 0.5 * em);
     layout.legend = moved(column, {width - column.box.width() - 0.5 * em, frame.area.y0});
     return;

@@ -13,6 +13,7 @@ namespace sarnerf {
 inline constexpr std::string_view kInk = "#1a1a1a";       ///< titles, axes, what is emphasised
 inline constexpr std::string_view kQuietInk = "#4d4d4d";  ///< labels
 inline constexpr std::string_view kGridInk = "#e4e4e4";
+inline constexpr std::string_view kBorderInk = "#c8c8c8";  ///< around the legend
 inline constexpr std::string_view kPaper = "#ffffff";
 
 /// How a series is drawn once everything automatic is decided.

@@ -16,6 +16,7 @@ allowed() {
     scene) echo core geometry field ;;
     trace) echo core geometry field mpa ;;
     render) echo core geometry field mpa scene trace ;;
+    nerf) echo core geometry field mpa dataset ;;
     *) return 1 ;;
   esac
 }

@@ -65,6 +65,21 @@ TEST_CASE("slices cover their row, end at corners, and count as much as they are
   }
 }
 
+TEST_CASE("between two close corners there are three slices, between many corners only one", "[slices]") {
+  const Acquisition view = view_of(45.0, 1e4, 4, 8, 1.0);
+  std::vector<RowSlice> slices;
+  std::vector<SliceGroup> groups;
+  const auto cut = [&](const std::vector<double>& corners) {
+    RowSlices(view, 6, vertices_at(corners), glm::dvec3(0.0)).row(1, slices, groups);
+    return slices.size();
+  };
+  const double begin_m = view.row_offset_m(0.5);
+  CHECK(cut({begin_m + 0.5, begin_m + 0.51}) == 3 + 3 + 3);
+  std::vector<double> corners;
+  for (int n = 0; n < 5; ++n) corners.push_back(begin_m + 0.5 + 0.01 * n);
+  CHECK(cut(corners) == 3 + 4 + 3);
+}
+
 TEST_CASE("meshes of many corners, and rows of one slice, are cut equally", "[slices]") {
   const Acquisition view = view_of(45.0, 1e4, 4, 8, 1.0);
   std::vector<double> many;

@@ -163,6 +163,34 @@ TEST_CASE("a legend that finds no free corner stands beside the plot, a long one
   for (const SvgElement& text : legend) CHECK(drawn_bounds(text).y0 > lowest_label);
 }
 
+TEST_CASE("a legend that may not stand beside the plot stands below and leaves it its width") {
+  Plot plot = work_precision(4, 20, 1);
+  for (const double x : {0.2, 300.0}) {
+    for (const double y : {0.03, 20.0}) plot.series[0].points.push_back({x, y});
+  }
+  const auto data_width = [&] {
+    double left = 1e9, right = 0.0;
+    for (const SvgElement& path : elements_of(parse_svg(svg(plot)), "path", "data")) {
+      for (const Spot& p : points_of(path)) {
+        left = std::min(left, p.x);
+        right = std::max(right, p.x);
+      }
+    }
+    return right - left;
+  };
+  const double beside = data_width();
+  plot.legend_beside = false;
+  check_texts(plot);
+  CHECK(data_width() > 1.15 * beside);
+  const auto all = parse_svg(svg(plot));
+  double lowest_label = 0.0;
+  for (const SvgElement& text : elements_of(all, "text", "labels"))
+    lowest_label = std::max(lowest_label, drawn_bounds(text).y1);
+  const auto legend = elements_of(all, "text", "legend");
+  CHECK(legend.size() == 4);
+  for (const SvgElement& text : legend) CHECK(drawn_bounds(text).y0 > lowest_label);
+}
+
 TEST_CASE("long names break, and texts still keep apart") {
   for (const std::string& word :
        {std::string(400, 'W'), std::string(400, 'i'), std::string("élévation_Щ")}) {

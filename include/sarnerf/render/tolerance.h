@@ -32,9 +32,10 @@ struct ToleranceChoice {
 };
 
 /// Renders a view coarsely, with its error by direction, ever finer until the step that is left is short enough
-/// to trust a prediction: errors fall with a power of the spacing in either direction, which the pilots
-/// measure, and what is left is shared equally, since the cost is the product of both. `tolerance` is E, between 0
-/// and 1. Cost: a tenth to a third of the view that it chooses.
+/// to trust a prediction: errors fall with a power of the spacing in either direction. Of all samplings that are
+/// expected to meet the tolerance, the one with the fewest rays is chosen. `tolerance` is E, between 0 and 1; above
+/// 5 % images know too little of their error, and what meets 5 % is made instead. Cost: a tenth to a third of the
+/// view that it chooses.
 ToleranceChoice choose_sampling(const Engine& engine, const Acquisition& acquisition, double tolerance,
                                 Integrator integrator = Integrator::exact, const Monitor& monitor = {});
 

@@ -65,12 +65,13 @@ struct Plot {
   double width_px = 800.0;
   double height_px = 540.0;  ///< grows when a long legend has to stand below the plot
   double text_px = 16.0;     ///< at least 12
+  bool legend_beside = true;  ///< whether the legend may stand to the right, at the cost of the plot's width
 };
 
 /// The plot as an SVG document with a white background of its own, the same bytes for the same plot.
 ///
-/// Placement: the legend stands in the first corner of the plot where it covers nothing, else to the right,
-/// else below. A note goes where it covers least, with a line to its point when it is not beside it; a note
+/// Placement: the legend stands in the first corner of the plot where it covers nothing, else to the right
+/// where that is allowed and it is no taller than the plot, else below. A note goes where it covers least, with a line to its point when it is not beside it; a note
 /// for which no place is free of other text is left out, and a line below the plot says how many were.
 /// Long names break into up to three lines and end in "…". No two texts overlap in any font that is not
 /// wider than DejaVu Sans.

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "output_files.h"
+
+#include <system_error>
+
+#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/dataset/manifest.h"
+
+namespace sarnerf::app {
+
+std::filesystem::path image_base(const std::string& output, const std::string& default_name) {
+  std::filesystem::path base = output.empty() ? default_name : output;
+  std::error_code ignored;
+  if (!base.has_filename() || std::filesystem::is_directory(base, ignored)) {
+    if (std::filesystem::exists(base / kManifestName, ignored)) {
+      throw UsageError(base.string() +
+                       " is the dataset of a sweep, and this is a single view; choose "
+                       "another name (-o)");
+    }
+    return base / default_name;
+  }
+  for (const char* ending : {".tif", ".tiff", ".png", ".json"}) {
+    if (base.extension() == ending) return base.replace_extension();
+  }
+  return base;
+}
+
+std::filesystem::path with_ending(const std::filesystem::path& base, const std::string& ending) {
+  return base.parent_path() / (base.filename().string() + ending);
+}
+
+void require_possible(const std::filesystem::path& folder) {
+  // What is missing can be created if its nearest existing parent can be written to.
+  std::filesystem::path existing = std::filesystem::absolute(folder);
+  std::error_code code;
+  while (!std::filesystem::exists(existing, code) && existing.has_relative_path()) {
+    existing = existing.parent_path();
+  }
+  require_writable(existing);
+}
+
+void refuse_input(const std::filesystem::path& output,
+                  std::span<const std::filesystem::path> inputs) {
+  for (const std::filesystem::path& input : inputs) {
+    std::error_code ignored;
+    if (!input.empty() && std::filesystem::equivalent(input, output, ignored)) {
+      throw UsageError("the output " + output.string() +
+                       " would replace the input; choose another -o");
+    }
+  }
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare.h"
+
+#include <nlohmann/json.hpp>
+
+#include "evaluation_output.h"
+#include "lpips_option.h"
+#include "output_files.h"
+#include "process.h"
+#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
+#include "sarnerf/dataset/evaluation.h"
+#include "sarnerf/dataset/fingerprint.h"
+#include "torch_setup.h"
+#include "version.h"
+#include "view_choice.h"
+
+namespace sarnerf::app {
+namespace {
+
+/// The images that the model was learned from, for the baselines; none, with a note, where they are no longer there.
+std::vector<PosedImage> training_images(const Job& job, Console& console, const Monitor& monitor) {
+  const ModelInfo& info = job.model.info;
+  const bool asked = !job.options.training.empty();
+  const std::filesystem::path folder =
+      asked ? job.options.training : std::filesystem::path(info.dataset);
+  try {
+    const Dataset dataset = read_manifest(folder);
+    if (dataset_fingerprint(folder, dataset, monitor) != info.dataset_sha256)
+      throw InputError(
+          folder.string() +
+          ": is not the dataset that the model was learned from: its SHA-256 is another");
+    std::vector<std::size_t> which;
+    for (std::size_t n = 0; n < dataset.views.size(); ++n) {
+      for (const DatasetView& view : info.training_views) {
+        if (view.image == dataset.views[n].image) which.push_back(n);
+      }
+    }
+    return load_images(folder, dataset, which, monitor);
+  } catch (const InputError& e) {
+    if (asked) throw;
+    console.warning(std::string("no baselines, for the training images are not there any more (") +
+                    e.what() + "); --training FOLDER says where");
+    return {};
+  }
+}
+
+/// The views to predict. Throws UsageError where they show another place or quantity.
+std::vector<PosedImage> truth_images(const Job& job, Console& console, const Monitor& monitor) {
+  const Options& o = job.options;
+  const ModelInfo& info = job.model.info;
+  const Dataset dataset = read_manifest(o.against);
+  const std::string name = "--against " + o.against.string();
+  if (glm::distance(dataset.aim_m, info.aim_m) > 1e-3)
+    throw UsageError(
+        name +
+        ": its aim point is another than the model's, so its images do not show the same place");
+  if (dataset.calibration != info.calibration)
+    throw UsageError(name + ": holds " + std::string(sarnerf::name(dataset.calibration)) +
+                     ", and the model renders " + std::string(sarnerf::name(info.calibration)) +
+                     "; compare images of one calibration");
+  const auto unseen = unseen_views(dataset.views, info.training_views);
+  const std::size_t n_seen = dataset.views.size() - unseen.size();
+  if (unseen.empty())
+    throw UsageError(name +
+                     ": the model was trained on all its views, so none is left to compare with");
+  if (n_seen > 0)
+    console.note(name + ": " + std::to_string(n_seen) +
+                 " views with the angles of a training view left out");
+  return load_images(o.against, dataset, unseen, monitor);
+}
+
+std::filesystem::path evaluation_file(const Job& job, const Json& request) {
+  const std::filesystem::path folder = job.options.output;
+  const auto file = folder / "evaluation.json";
+  if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder))
+    throw UsageError(folder.string() +
+                     ": expected a place for a folder, found a file; choose another -o");
+  require_possible(folder);
+  if (job.options.overwrite || !std::filesystem::exists(file)) return file;
+  const Json found = Json::parse(read_whole_file(file), nullptr, false);
+  const Json old = found.is_object() ? found.value("request", Json()) : Json();
+  if (const std::string differs = difference(old, request); !differs.empty())
+    throw UsageError(file.string() + ": another comparison is in the way (" + differs +
+                     "); choose another folder (-o) or allow --overwrite");
+  return file;
+}
+
+}  // namespace
+
+std::string compare(const Job& job, Console& console, const Monitor& monitor) {
+  const Options& o = job.options;
+  const ImageDistance lpips = load_lpips(o.lpips);
+  const std::vector<PosedImage> truth = truth_images(job, console, monitor);
+  const Dataset against = read_manifest(o.against);
+  Json request{{"model", job.request.at("model")},
+               {"against", dataset_fingerprint(o.against, against, monitor)}};
+  if (!o.lpips.empty()) request["lpips"] = o.lpips.filename().string();
+  std::filesystem::path file;
+  if (!o.output.empty()) file = evaluation_file(job, request);
+  const std::vector<PosedImage> training = training_images(job, console, monitor);
+
+  std::vector<Image<float>> predictions;
+  for (const PosedImage& view : truth) {
+    monitor.check();
+    predictions.push_back(render_view(*job.model.field, view.acquisition));
+    monitor.report("predict views", predictions.size(), truth.size());
+  }
+  EvaluationSettings settings;
+  settings.peak_power = job.model.info.peak_power;
+  if (training.empty()) settings.baselines.emplace();
+  const std::string missing = lpips_missing(o.lpips, truth);
+  if (missing.empty()) {
+    settings.lpips = lpips;
+    use_torch_threads(o.shared.n_threads);
+  }
+  const Evaluation evaluation = evaluate(truth, predictions, training, settings, monitor);
+
+  const std::string table =
+      std::to_string(truth.size()) + " views of " + o.against.string() +
+      ", none of them trained on\n\n" +
+      evaluation_table(evaluation, "SAR-NeRF, " + std::string(job.model.field->kind())) +
+      (missing.empty() ? "" : "\nno LPIPS: " + missing + "\n");
+  if (!file.empty()) {
+    make_folder(file.parent_path());
+    Json j{{"format", "sarnerf-evaluation"},
+           {"version", 1},
+           {"program", std::string(kProgram) + " " + std::string(kVersion)},
+           {"request", request}};
+    j.update(evaluation_json(evaluation));
+    if (!missing.empty()) j["lpips_missing"] = missing;
+    write_file_atomically(file, j.dump(2) + "\n");
+  }
+  return table;
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "process.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/sha256.h"
+#include "sarnerf/core/units.h"
+#include "torch_setup.h"
+#include "values.h"
+#include "version.h"
+
+namespace sarnerf::app {
+namespace {
+
+/// Of LibTorch and the program; then the model and a few images.
+constexpr std::uint64_t kBaseMemory = 600ull << 20;
+
+std::vector<DatasetView> views_of(const Options& o, const ModelInfo& info) {
+  const DatasetView& usual = info.acquisition;
+  const auto incidences =
+      o.incidence_deg.empty() ? std::vector{usual.incidence_deg} : o.incidence_deg;
+  std::vector<DatasetView> views;
+  for (const double incidence_deg : incidences) {
+    for (const double azimuth_deg : o.azimuth_deg) {
+      DatasetView v = usual;
+      v.image.clear();
+      v.azimuth_deg = azimuth_deg;
+      v.incidence_deg = incidence_deg;
+      const double incidence_rad = rad_from_deg(incidence_deg);
+      v.slant_range_m = o.altitude_m ? slant_range_from_altitude_m(*o.altitude_m, incidence_rad)
+                                     : o.slant_range_m.value_or(usual.slant_range_m);
+      v.altitude_m = o.altitude_m.value_or(v.slant_range_m * std::cos(incidence_rad));
+      if (o.size) std::tie(v.n_azimuth, v.n_range) = *o.size;
+      if (o.spacing_m) std::tie(v.azimuth_spacing_m, v.range_spacing_m) = *o.spacing_m;
+      v.look = o.look.value_or(usual.look);
+      validate(acquisition_of(v, info.aim_m));
+      views.push_back(v);
+    }
+  }
+  return views;
+}
+
+Json request_of(const Job& job, const std::filesystem::path& file) {
+  const DatasetView& first = job.views.front();
+  Json incidences = Json::array(), azimuths = Json::array();
+  for (const DatasetView& v : job.views) {
+    if (incidences.empty() || incidences.back() != Json(v.incidence_deg))
+      incidences.push_back(v.incidence_deg);
+  }
+  for (const double azimuth_deg : job.options.azimuth_deg) azimuths.push_back(azimuth_deg);
+  Json j;
+  j["model"] = {{"file", file.filename().string()}, {"sha256", sha256_of_file(file)}};
+  j["views"] = {{"incidence_deg", incidences},
+                {"azimuth_deg", azimuths},
+                {"look", first.look == Look::left ? "left" : "right"}};
+  if (job.options.altitude_m) {
+    j["views"]["altitude_m"] = *job.options.altitude_m;
+  } else {
+    j["views"]["slant_range_m"] = first.slant_range_m;
+  }
+  j["image"] = {{"size", {first.n_azimuth, first.n_range}},
+                {"spacing_m", {first.azimuth_spacing_m, first.range_spacing_m}},
+                {"calibration", name(job.model.info.calibration)},
+                {"quantity", name(job.quantity)}};
+  return valid_text(j);
+}
+
+void refuse_beyond_memory(const Job& job) {
+  const std::uint64_t limit = job.options.shared.max_memory_bytes;
+  const DatasetView& v = job.views.front();
+  const std::uint64_t needed = kBaseMemory + 16ull * static_cast<std::uint64_t>(v.n_azimuth) *
+                                                 static_cast<std::uint64_t>(v.n_range);
+  if (limit > 0 && needed > limit)
+    throw UsageError("about " + bytes_text(needed) + " are needed, more than --max-memory " +
+                     bytes_text(limit) + "; make the image smaller");
+}
+
+}  // namespace
+
+Job prepare(const Options& options) {
+  Job job;
+  job.options = options;
+  const auto file = options.model_file();
+  job.model = read_model(file);
+  job.quantity = options.quantity.value_or(job.model.info.quantity);
+  job.views = views_of(options, job.model.info);
+  job.request = request_of(job, file);
+  refuse_beyond_memory(job);
+  return job;
+}
+
+Image<float> make_image(const Job& job, const DatasetView& view) {
+  Image<float> image = render_view(*job.model.field, acquisition_of(view, job.model.info.aim_m));
+  const auto pixels = image.pixels();
+  if (!std::all_of(pixels.begin(), pixels.end(), [](float p) { return std::isfinite(p); }))
+    throw NumericsError("the view at azimuth " + std::to_string(view.azimuth_deg) +
+                        " deg holds pixels that are not finite; the model's training has diverged");
+  if (job.quantity == Quantity::amplitude) take_amplitude(image);
+  return image;
+}
+
+std::string explain(const Job& job) {
+  const DatasetView& v = job.views.front();
+  const ModelInfo& info = job.model.info;
+  return "plan\n  model     " + std::string(job.model.field->kind()) + ", " +
+         job.model.field->size_text() + ", of " + std::to_string(info.training_views.size()) +
+         " views and " + std::to_string(info.steps) + " steps\n  views     " +
+         std::to_string(job.views.size()) + " of " + std::to_string(v.n_azimuth) + " x " +
+         std::to_string(v.n_range) +
+         " pixels (azimuth x range)\n  left out  rows and rays that miss the learned matter; the "
+         "rest of a ray behind an "
+         "optical depth of 20";
+}
+
+std::string report_text(const Job& job, std::size_t n_rendered, double render_s) {
+  const Json j{{"format", "sarnerf-report"},
+               {"version", 1},
+               {"program", std::string(kProgram) + " " + std::string(kVersion)},
+               {"threads", job.options.shared.n_threads},
+               {"views", {{"planned", job.views.size()}, {"rendered", n_rendered}}},
+               {"seconds", {{"render", render_s}, {"total", seconds_since_start()}}},
+               {"machine", {{"processor", processor_name()}, {"libraries", torch_text()}}},
+               {"memory_bytes", {{"peak", peak_memory_bytes()}}}};
+  return j.dump(2) + "\n";
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sarnerf/dataset/calibration.h"
+#include "sarnerf/geometry/acquisition.h"
+#include "shared_options.h"
+
+namespace sarnerf::app {
+
+/// What the user asked for. Empty optionals and lists are taken from the model.
+struct Options {
+  std::filesystem::path model;  ///< the file, or the folder of a run
+
+  std::vector<double> incidence_deg;
+  std::vector<double> azimuth_deg{0.0};
+  std::optional<double> altitude_m;
+  std::optional<double> slant_range_m;
+  std::optional<Look> look;
+  std::optional<std::pair<int, int>> size;  ///< azimuth, range
+  std::optional<std::pair<double, double>> spacing_m;
+  std::optional<Quantity> quantity;
+
+  std::filesystem::path against;   ///< empty: new views are rendered
+  std::filesystem::path training;  ///< empty: where the model says
+  std::filesystem::path lpips;
+
+  std::string output;
+  bool overwrite = false;
+  bool explain = false;
+  SharedOptions shared;
+
+  std::filesystem::path model_file() const;
+  /// Name of the output unless one is given: that of the run or the file.
+  std::string default_name() const;
+};
+
+/// Empty when help or the version was asked for and has been printed. Throws UsageError, and InputError for a bad
+/// configuration file.
+std::optional<Options> parse_options(int argc, char** argv);
+
+}  // namespace sarnerf::app

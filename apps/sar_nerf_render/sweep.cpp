@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sweep.h"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "checksums.h"
+#include "display_scale.h"
+#include "folder_lock.h"
+#include "output_files.h"
+#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/dataset/display.h"
+#include "sarnerf/dataset/image_file.h"
+#include "stopwatch.h"
+#include "sweep_folder.h"
+
+namespace sarnerf::app {
+namespace {
+
+std::string manifest_of(const Job& job, const std::vector<DatasetView>& views,
+                        const std::vector<char>& finished, const Json& display) {
+  const ModelInfo& info = job.model.info;
+  Dataset dataset;
+  dataset.quantity = job.quantity;
+  dataset.calibration = info.calibration;
+  dataset.aim_m = info.aim_m;
+  for (std::size_t n = 0; n < views.size(); ++n) {
+    if (finished[n]) dataset.views.push_back(views[n]);
+  }
+  dataset.scene_box_m = scene_box_of_swath(info.aim_m, dataset.views);
+  Json provenance{
+      {"program", make_recipe(kProgram, Json::object(), Json::object()).at("program")},
+      {"recipe", "recipe.json"},
+      {"model", job.request.at("model")},
+      {"learned_from", {{"sha256", info.dataset_sha256}, {"views", info.training_views.size()}}}};
+  if (!display.is_null()) provenance["display"] = display;
+  if (dataset.views.size() < views.size())
+    provenance["unfinished"] = std::to_string(dataset.views.size()) + " of " +
+                               std::to_string(views.size()) +
+                               " views; the command of the recipe continues";
+  dataset.provenance_json = provenance.dump();
+  return manifest_text(dataset);
+}
+
+[[noreturn]] void refuse(const SweepFolder& folder, const std::string& why) {
+  throw UsageError(folder.path().string() + ": other output is in the way (" + why +
+                   "); choose another folder (-o) or allow --overwrite");
+}
+
+void check_place(const Job& job, const SweepFolder& folder) {
+  if (std::filesystem::exists(folder.path()) && !std::filesystem::is_directory(folder.path()))
+    throw UsageError(folder.path().string() +
+                     ": expected a place for a folder, found a file; choose another -o");
+  require_possible(folder.path());
+  if (job.options.overwrite || !folder.occupied()) return;
+  const auto recipe = read_recipe(folder.recipe());
+  if (!recipe) refuse(folder, "files without a recipe");
+  const std::string differs = difference(recipe->value("request", Json()), job.request);
+  if (!differs.empty()) refuse(folder, differs);
+}
+
+}  // namespace
+
+std::string write_sweep(const Job& job, Console& console, const Monitor& monitor) {
+  std::filesystem::path place =
+      job.options.output.empty() ? job.options.default_name() + "_views" : job.options.output;
+  if (!place.has_filename()) place = place.parent_path();
+  const std::size_t n_views = job.views.size();
+  const SweepFolder folder(place, n_views);
+  check_place(job, folder);
+  make_folder(folder.path());
+  const FolderLock lock(folder.path());
+  folder.remove_temporary_files();
+  if (job.options.overwrite || !read_recipe(folder.recipe())) {
+    folder.clear();
+    write_file_atomically(folder.recipe(),
+                          recipe_text(make_recipe(kProgram, job.request, Json::object())));
+  }
+  folder.create(false);
+
+  std::vector<DatasetView> views = job.views;
+  std::vector<char> finished(n_views, 0);
+  Checksums checksums(folder.checksums());
+  for (std::size_t n = 0; n < n_views; ++n) {
+    views[n].image = folder.image_name(n);
+    finished[n] =
+        checksums.whole(folder.image_name(n)) && checksums.whole(folder.png_name(n)) ? 1 : 0;
+  }
+  const auto n_before = static_cast<std::size_t>(std::count(finished.begin(), finished.end(), 1));
+  const std::string result = folder.manifest().string() + "\n";
+  if (n_before == n_views && std::filesystem::exists(folder.report())) {
+    console.note("already done: all " + std::to_string(n_views) +
+                 " views of the same recipe are there, nothing was rendered");
+    return result;
+  }
+  if (n_before > 0)
+    console.note("continuing: " + std::to_string(n_before) + " of " + std::to_string(n_views) +
+                 " views are there");
+
+  const Stopwatch rendering;
+  Json display;
+  std::map<std::size_t, Image<float>>
+      held;  // rendered for the pictures' scale, written in their turn
+  try {
+    std::vector<float> whites;
+    for (const std::size_t n : DisplayScale::sample_views(n_views)) {
+      monitor.check();
+      if (finished[n]) {
+        whites.push_back(white_level(read_image(folder.tiff(n))));
+      } else {
+        whites.push_back(white_level(held.emplace(n, make_image(job, views[n])).first->second));
+      }
+    }
+    const DisplayScale scale(whites);
+    display = scale.text(job.quantity);
+    std::size_t n_done = 0;
+    for (std::size_t n = 0; n < n_views; ++n) {
+      if (finished[n]) continue;
+      monitor.check();
+      const auto found = held.find(n);
+      const Image<float> image =
+          found != held.end() ? std::move(found->second) : make_image(job, views[n]);
+      const auto tiff = encode_tiff(image), png = make_picture(image, job.quantity, scale);
+      AtomicFiles files(Durability::process);
+      files.add(folder.path() / folder.png_name(n), png);
+      files.add(folder.tiff(n), tiff);
+      files.commit();
+      checksums.add({{folder.png_name(n), png}, {folder.image_name(n), tiff}});
+      finished[n] = 1;
+      monitor.report("views", ++n_done, n_views - n_before);
+    }
+  } catch (const Interrupted&) {
+    const auto n_now = std::count(finished.begin(), finished.end(), 1);
+    if (n_now > 0)
+      write_file_atomically(folder.manifest(), manifest_of(job, views, finished, display));
+    throw Interrupted("interrupted: " + std::to_string(n_now) + " of " + std::to_string(n_views) +
+                      " views are finished; the same command continues");
+  }
+  checksums.finish();
+  write_file_atomically(folder.manifest(), manifest_of(job, views, finished, display));
+  write_file_atomically(folder.report(), report_text(job, n_views - n_before, rendering.seconds()),
+                        Durability::process);
+  console.note("finished: " + std::to_string(n_views) + " views");
+  return result;
+}
+
+}  // namespace sarnerf::app

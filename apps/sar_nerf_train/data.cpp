@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <limits>
+#include <numeric>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/dataset/fingerprint.h"
+#include "values.h"
+
+namespace sarnerf::app {
+namespace {
+
+/// Of LibTorch, the program and what grows with neither images nor field.
+constexpr std::uint64_t kBaseMemory = 600ull << 20;
+
+std::uint64_t image_bytes(const std::vector<DatasetView>& views) {
+  std::uint64_t bytes = 0;
+  for (const DatasetView& v : views)
+    bytes += 4ull * static_cast<std::uint64_t>(v.n_azimuth) * static_cast<std::uint64_t>(v.n_range);
+  return bytes;
+}
+
+void refuse_beyond_memory(const Options& o, const std::vector<DatasetView>& all) {
+  if (o.shared.max_memory_bytes == 0) return;
+  const std::uint64_t needed = kBaseMemory + image_bytes(all);
+  if (needed <= o.shared.max_memory_bytes) return;
+  throw UsageError("the images of " + std::to_string(all.size()) +
+                   " views and the program need about " + bytes_text(needed) +
+                   ", more than --max-memory " + bytes_text(o.shared.max_memory_bytes) +
+                   "; use fewer or smaller views");
+}
+
+std::vector<DatasetView> chosen(const std::vector<DatasetView>& views,
+                                std::span<const std::size_t> which) {
+  std::vector<DatasetView> list;
+  for (const std::size_t n : which) list.push_back(views[n]);
+  return list;
+}
+
+std::string count_text(std::size_t n, const char* what) {
+  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+}
+
+/// Views of --against that may be predicted.
+std::vector<std::size_t> comparable(const Options& o, const Dataset& dataset, const Dataset& other,
+                                    const std::vector<DatasetView>& training, Console& console) {
+  const std::string name = "--against " + o.against.string();
+  if (glm::distance(dataset.aim_m, other.aim_m) > 1e-3)
+    throw UsageError(name + ": its aim point is another than that of " + o.dataset.string() +
+                     ", so its images do not show the same place; use views of the same scene and "
+                     "aim (--aim of sar_render)");
+  if (dataset.calibration != other.calibration)
+    throw UsageError(name + ": holds " + std::string(sarnerf::name(other.calibration)) + ", and " +
+                     o.dataset.string() + " " + std::string(sarnerf::name(dataset.calibration)) +
+                     "; compare images of one calibration");
+  const auto unseen = unseen_views(other.views, training);
+  if (unseen.size() < other.views.size())
+    console.note(name + ": " + count_text(other.views.size() - unseen.size(), "view") +
+                 " with the angles of a training view left out");
+  if (unseen.empty())
+    console.warning(name + ": all its views are trained on, so none is left to compare with");
+  return unseen;
+}
+
+void tell_oddities(const Options& o, const Data& data, Console& console) {
+  const auto& views = data.training_views;
+  if (data.dataset.quantity == Quantity::amplitude)
+    console.note(o.dataset.string() +
+                 " holds amplitudes: they are squared, power is what is learned");
+  if (views.size() == 1)
+    console.warning(
+        "a single view says little of the scene's shape: expect other views to be wrong");
+  std::size_t n_repeated = 0;
+  for (std::size_t a = 0; a < views.size(); ++a) {
+    const auto same = [&](const DatasetView& v) { return same_angles(v, views[a]); };
+    n_repeated +=
+        std::any_of(views.begin(), views.begin() + static_cast<std::ptrdiff_t>(a), same) ? 1 : 0;
+  }
+  if (n_repeated > 0)
+    console.warning(count_text(n_repeated, "training view") +
+                    " has the angles of another one: they are averaged, and count twice");
+}
+
+}  // namespace
+
+Data load_data(const Options& o, Console& console, const Monitor& monitor) {
+  Data data;
+  data.dataset = read_manifest(o.dataset);
+  const auto& views = data.dataset.views;
+  if (views.empty())
+    throw InputError(o.dataset.string() + ": the dataset has no view to learn from");
+  // Views of another dataset make holding out needless.
+  const bool none = !o.against.empty() && o.holdout.kind == Holdout::Kind::automatic;
+  const auto held_out = none ? std::vector<std::size_t>{} : held_out_views(views, o.holdout);
+  std::vector<std::size_t> training;
+  for (std::size_t n = 0; n < views.size(); ++n) {
+    if (!std::binary_search(held_out.begin(), held_out.end(), n)) training.push_back(n);
+  }
+  data.training_views = chosen(views, training);
+  data.validation_views = chosen(views, held_out);
+  data.n_held_out = held_out.size();
+
+  Dataset other;
+  std::vector<std::size_t> unseen;
+  if (!o.against.empty()) {
+    other = read_manifest(o.against);
+    unseen = comparable(o, data.dataset, other, data.training_views, console);
+    for (const std::size_t n : unseen) data.validation_views.push_back(other.views[n]);
+  }
+  std::vector<DatasetView> all = data.training_views;
+  all.insert(all.end(), data.validation_views.begin(), data.validation_views.end());
+  refuse_beyond_memory(o, all);
+
+  data.fingerprint = dataset_fingerprint(o.dataset, data.dataset, monitor);
+  data.set = training_set(load_images(o.dataset, data.dataset, training, monitor),
+                          data.dataset.scene_box_m);
+  if (!held_out.empty()) data.validation = load_images(o.dataset, data.dataset, held_out, monitor);
+  if (!unseen.empty()) {
+    auto more = load_images(o.against, other, unseen, monitor);
+    std::move(more.begin(), more.end(), std::back_inserter(data.validation));
+  }
+  for (PosedImage& image : data.validation) image.acquisition.aim_m = glm::dvec3(0.0);
+  tell_oddities(o, data, console);
+  return data;
+}
+
+ModelInfo model_info(const Data& data, const TrainingSet& set, const Options& options) {
+  ModelInfo info;
+  info.reference_bin_m = std::numeric_limits<double>::infinity();
+  for (const DatasetView& v : data.training_views)
+    info.reference_bin_m = std::min(info.reference_bin_m, v.range_spacing_m);
+  info.scene_box_m = data.dataset.scene_box_m;
+  info.aim_m = data.dataset.aim_m;
+  info.quantity = data.dataset.quantity;
+  info.calibration = data.dataset.calibration;
+  info.scale = data.dataset.scale;
+  info.peak_power = double{set.peak};
+  // The view in the middle of the incidences: where the images are most like new ones.
+  std::vector<DatasetView> sorted = data.training_views;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.incidence_deg < b.incidence_deg; });
+  info.acquisition = sorted[sorted.size() / 2];
+  info.acquisition.image.clear();
+  std::error_code ignored;
+  info.dataset = std::filesystem::weakly_canonical(options.dataset, ignored).string();
+  info.dataset_sha256 = data.fingerprint;
+  info.training_views = data.training_views;
+  return info;
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain.h"
+
+#include <algorithm>
+#include <set>
+
+#include "values.h"
+
+namespace sarnerf::app {
+namespace {
+
+std::string sizes_text(const std::vector<DatasetView>& views) {
+  std::set<std::pair<int, int>> sizes;
+  for (const DatasetView& v : views) sizes.insert({v.n_azimuth, v.n_range});
+  const auto text = [](const std::pair<int, int>& s) {
+    return std::to_string(s.first) + " x " + std::to_string(s.second);
+  };
+  return sizes.size() == 1 ? text(*sizes.begin())
+                           : text(*sizes.begin()) + " to " + text(*sizes.rbegin()) + ", " +
+                                 std::to_string(sizes.size()) + " sizes";
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> left_out(const Options& o, const Data& data) {
+  std::vector<std::pair<std::string, std::string>> list;
+  if (data.validation.empty()) {
+    list.emplace_back("held-out PSNR, baselines",
+                      o.holdout.kind == Holdout::Kind::automatic
+                          ? "fewer than 48 views: all are learned from (--holdout, --against)"
+                          : "no view is held out (--holdout, --against)");
+  }
+  if (o.lpips.empty()) list.emplace_back("LPIPS", "no weights given (--lpips FILE, docs/lpips.md)");
+  list.emplace_back("rows that see no matter",
+                    "neither rendered nor learned from: they change nothing");
+  list.emplace_back(
+      "empty space",
+      "voxels given up as they turn out to be empty, and those outside of what all views see");
+  return list;
+}
+
+std::string explain(const Options& o, const Data& data, const Trainer& trainer) {
+  std::string text = "plan\n";
+  const auto line = [&](const std::string& name, const std::string& value) {
+    text += "  " + name + std::string(name.size() < 18 ? 18 - name.size() : 1, ' ') + value + "\n";
+  };
+  line("learned from", std::to_string(data.training_views.size()) + " views of " +
+                           o.dataset.string() + ", " + sizes_text(data.training_views) +
+                           " pixels (azimuth x range)");
+  line("predicted", data.validation.empty()
+                        ? "none"
+                        : std::to_string(data.n_held_out) + " held out, " +
+                              std::to_string(data.validation.size() - data.n_held_out) +
+                              " of --against");
+  line("field",
+       std::string(trainer.field().kind()) + ", to begin with " + trainer.field().size_text());
+  line("until", o.time_s ? std::to_string(*o.time_s) + " s after the program's start"
+                         : std::to_string(o.steps) + " steps");
+  line("a step", std::to_string(trainer.options().rows_per_step) + " azimuth rows of all views");
+  std::uint64_t bytes = 0;
+  for (const PosedImage& image : trainer.set().images) bytes += 4 * image.power.pixels().size();
+  for (const PosedImage& image : data.validation) bytes += 4 * image.power.pixels().size();
+  line("images", bytes_text(bytes) + " in memory");
+  line("threads", std::to_string(o.shared.n_threads));
+  for (const auto& [what, why] : left_out(o, data)) line("left out", what + ": " + why);
+  line("output", o.run.string() + "/");
+  text.pop_back();
+  return text;
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "final_report.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "comparison_picture.h"
+#include "evaluation_output.h"
+#include "process.h"
+#include "report_page.h"
+#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/dataset/display.h"
+#include "stopwatch.h"
+#include "torch_setup.h"
+#include "version.h"
+
+namespace sarnerf::app {
+namespace {
+
+void predict(const ReportInput& in, Findings& findings, const Monitor& monitor) {
+  for (const PosedImage& truth : in.data.validation) {
+    monitor.check();
+    findings.predictions.push_back(render_view(in.trainer.field(), truth.acquisition));
+    monitor.report("predict views", findings.predictions.size(), in.data.validation.size());
+  }
+}
+
+void judge(const ReportInput& in, Findings& findings, const Monitor& monitor) {
+  EvaluationSettings settings;
+  settings.peak_power = double{in.trainer.set().peak};
+  findings.lpips_missing = lpips_missing(in.options.lpips, in.data.validation);
+  if (findings.lpips_missing.empty()) {
+    settings.lpips = in.lpips;
+    use_torch_threads(in.options.shared.n_threads);
+  }
+  findings.evaluation = evaluate(in.data.validation, findings.predictions, in.trainer.set().images,
+                                 settings, monitor);
+}
+
+void write_pictures(const ReportInput& in, const Findings& findings) {
+  const auto views = in.run.curve().views();
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const PosedImage& truth = in.data.validation[views[k]];
+    char name[40];
+    std::snprintf(name, sizeof name, "view_%03zu.png", views[k]);
+    const auto bytes = comparison_picture(truth.power, findings.predictions[views[k]],
+                                          white_level(truth.power), in.trainer.set().peak);
+    AtomicFiles files(Durability::process);
+    files.add(in.folder.pictures() / name, bytes);
+    files.commit();
+  }
+}
+
+std::string json_text(const ReportInput& in, const Findings& findings) {
+  Json j;
+  j["format"] = "sarnerf-training-report";
+  j["version"] = 1;
+  j["program"] = "sar_nerf_train " + std::string(kVersion);
+  j["dataset"] = {{"sha256", in.data.fingerprint},
+                  {"training_views", in.data.training_views.size()},
+                  {"held_out_views", in.data.n_held_out},
+                  {"against_views", in.data.validation.size() - in.data.n_held_out}};
+  j["field"] = {{"kind", in.trainer.field().kind()}, {"size", in.run.field_size()}};
+  j["steps"] = in.trainer.steps_done();
+  j["steps_of_this_program"] = in.run.steps_here();
+  j["seconds"] = Json::object();
+  for (const auto& [stage, seconds] : findings.times.stages) j["seconds"][stage] = seconds;
+  j["seconds"]["until trained"] = in.run.trained_until_s();
+  j["seconds"]["all programs of the run"] = in.run.seconds();
+  j["machine"] = {{"processor", processor_name()},
+                  {"threads", in.options.shared.n_threads},
+                  {"libraries", torch_text()}};
+  j["memory_bytes"] = {{"peak", peak_memory_bytes()}};
+  j["evaluation"] = findings.evaluation ? evaluation_json(*findings.evaluation) : Json();
+  if (!findings.lpips_missing.empty()) j["lpips_missing"] = findings.lpips_missing;
+  return j.dump(2) + "\n";
+}
+
+}  // namespace
+
+void write_reports(const ReportInput& in, StageTimes times, Console& console,
+                   const Monitor& monitor) {
+  Findings findings;
+  findings.times = std::move(times);
+  if (!in.data.validation.empty()) {
+    const Stopwatch evaluating;
+    predict(in, findings, monitor);
+    judge(in, findings, monitor);
+    write_pictures(in, findings);
+    findings.times.add("final evaluation", evaluating.seconds());
+  }
+  const Stopwatch reporting;
+  write_file_atomically(in.folder.page(), training_report_html(report_of(in, findings)),
+                        Durability::process);
+  findings.times.add("report", reporting.seconds());
+  write_file_atomically(in.folder.report(), json_text(in, findings), Durability::process);
+
+  char text[200];
+  std::snprintf(text, sizeof text, "trained %lld steps in %.3g s, all done after %.3g s",
+                static_cast<long long>(in.trainer.steps_done()), in.run.trained_until_s(),
+                in.run.seconds());
+  std::string line = text;
+  if (findings.evaluation) {
+    std::snprintf(text, sizeof text, ", %zu unseen views at %.2f dB",
+                  findings.evaluation->views.size(),
+                  findings.evaluation->prediction->mean.psnr_power_db);
+    line += text;
+    if (const auto margin_db = findings.evaluation->margin_db()) {
+      std::snprintf(text, sizeof text, ", %.2f dB above '%s'", *margin_db,
+                    findings.evaluation->best_baseline()->name.c_str());
+      line += text;
+    }
+  }
+  console.note(line);
+}
+
+}  // namespace sarnerf::app

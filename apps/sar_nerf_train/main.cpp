@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <optional>
+
+#include "config_text.h"
+#include "data.h"
+#include "exit_code.h"
+#include "explain.h"
+#include "final_report.h"
+#include "folder_lock.h"
+#include "interrupt.h"
+#include "process.h"
+#include "run_start.h"
+#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "stopwatch.h"
+#include "torch_setup.h"
+#include "training_options.h"
+#include "training_run.h"
+
+namespace sarnerf::app {
+namespace {
+
+void take_threads(Options& options, Console& console) {
+  const int asked = options.shared.n_threads, n = thread_count();
+  options.shared.n_threads = n;
+  if (n != asked)
+    console.warning(std::to_string(asked) +
+                    " threads are more than make sense or can be made here: " + std::to_string(n) +
+                    " will work (--threads)");
+  use_torch_threads(options.field == "mlp" ? n : 1);
+  if (options.field == "mlp" && has_slow_blas())
+    console.warning(
+        "the linear algebra that LibTorch found is the reference one, some 40 times slower than "
+        "OpenBLAS: install "
+        "libopenblas0-pthread");
+}
+
+void run(const Options& options, Console& console) {
+  StageTimes times;
+  times.add("start-up", seconds_since_start());
+  const Monitor monitor{[&](std::string_view stage, std::uint64_t done, std::uint64_t n) {
+                          console.progress(stage, done, n);
+                        },
+                        &stop_requested()};
+  const RunFolder folder(options.run);
+  check_place(options, folder);
+  const ImageDistance lpips = load_lpips(options.lpips);
+
+  const Stopwatch loading;
+  Data data = load_data(options, console, monitor);
+  const TrainerOptions training = training_options(options, data.set);
+  const std::string config = config_text(options, training);
+  times.add("load images", loading.seconds());
+
+  make_folder(folder.path());
+  const FolderLock lock(folder.path());
+  const Start start = start_run(options, folder, config, data.fingerprint, console);
+  const std::string result = folder.path().string() + "\n";
+  if (start.done) {
+    console.note("already done: the same run is there, nothing was trained");
+    print_result(result);
+    return;
+  }
+  folder.prepare();
+  monitor.check();
+
+  const Stopwatch preparing;
+  const ModelInfo info = model_info(data, data.set, options);
+  Trainer trainer(std::move(data.set), training);
+  if (start.checkpoint) trainer.restore(*start.checkpoint, folder.checkpoint().string());
+  times.add("prepare field", preparing.seconds());
+  if (options.explain) console.asked_for(explain(options, data, trainer));
+  monitor.check();
+
+  TrainingRun run(options, data, trainer, folder, info,
+                  start.checkpoint ? &*start.checkpoint : nullptr);
+  run.train(console, monitor);
+  times.add("train", run.training_s() - run.curve().spent_s() - run.checkpoints_s());
+  times.add("curve of held-out PSNR", run.curve().spent_s());
+  times.add("checkpoints", run.checkpoints_s());
+  write_reports({options, data, trainer, run, folder, config, lpips}, times, console, monitor);
+  print_result(result);
+}
+
+}  // namespace
+}  // namespace sarnerf::app
+
+int main(int argc, char** argv) {
+  using namespace sarnerf::app;
+  seconds_since_start();  // the clock's zero, should the system not tell
+  Console console("sar_nerf_train");
+  return run_program(console, [&] {
+    auto options = parse_options(argc, argv);
+    if (!options) return;
+    console.set_verbosity(options->shared.verbosity);
+    catch_signals();
+    const sarnerf::ThreadLimit threads(options->shared.n_threads);
+    take_threads(*options, console);
+    run(*options, console);
+  });
+}

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "options.h"
+
+#include <fstream>
+#include <limits>
+
+#include "command_line.h"
+#include "flat_toml.h"
+#include "run_folder.h"
+#include "sarnerf/core/error.h"
+#include "values.h"
+
+namespace sarnerf::app {
+namespace {
+
+constexpr const char* kDescription =
+    "Learns a scene from the SAR images of a dataset folder (SAR-NeRF), on the processor.\n"
+    "Writes a run folder: model.pt for sar_nerf_render, checkpoints/, metrics.jsonl, report.html. "
+    "The same\n"
+    "command continues after an interruption. Images of amplitude are squared: what is modelled is "
+    "power,\n"
+    "and the loss is the mean square over pixels of power.";
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  sar_nerf_train cuboid/ -o cuboid_run --time 30s\n"
+    "  sar_nerf_train cuboid/ -o cuboid_run --against cuboid_test/\n"
+    "  sar_nerf_train --resume cuboid_run --steps 2000\n"
+    "Raising --steps: rates and resolution stay where they are until the longer schedule has come "
+    "as far, and\n"
+    "follow it then; a finished run goes on at the lowest rates.\n"
+    "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 training diverged, "
+    "130 interrupted.";
+
+/// The texts of all options, as given.
+struct Texts {
+  std::string dataset, field = "grid", steps = "1000", time, holdout = "auto", against, lpips,
+                       seed = "1";
+  std::vector<std::string> training;
+  std::string output, resume;
+  bool overwrite = false, explain = false;
+};
+
+void add_options(CommandLine& command, Texts& t) {
+  CLI::App& p = command.parser();
+  const char* group = "";
+  const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
+    CLI::Option* option = p.add_option(name, text, help)->type_name(type)->group(group);
+    if (!text.empty()) option->capture_default_str();
+    return option;
+  };
+  p.add_option("DATASET", t.dataset, "Folder with dataset.json, as sar_render makes it")
+      ->type_name("FOLDER")
+      ->required();
+
+  group = "Training";
+  add("--field", t.field, "grid|mlp", "Sparse voxels, or the paper's network")
+      ->check(CLI::IsMember(std::vector<std::string>{"grid", "mlp"}).description(""));
+  add("--steps", t.steps, "N", "Steps of the optimiser");
+  add("--time", t.time, "TIME",
+      "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
+  add("--seed", t.seed, "N", "Of all that is random");
+  p.add_option("--option", t.training,
+               "A training option, for experts; may be repeated (docs/training.md)")
+      ->type_name("NAME=VALUE")
+      ->delimiter(',')
+      ->group(group);
+
+  group = "Validation";
+  add("--holdout", t.holdout, "N|PART|auto",
+      "Views kept away from training, evenly spread: a number, a part (0.1, 10%), or auto: every "
+      "12th of 48 or more");
+  add("--against", t.against, "FOLDER",
+      "Dataset whose views are predicted; those trained on are left out");
+  add("--lpips", t.lpips, "FILE", "Weights of LPIPS (.safetensors, docs/lpips.md)");
+
+  group = "Output";
+  add("-o,--output", t.output, "RUN", "Run folder; default DATASET_run")->configurable(false);
+  add("--resume", t.resume, "RUN", "Continue this run; nothing but --steps or --time may be raised")
+      ->configurable(false);
+  p.add_flag("--overwrite", t.overwrite, "Replace a run of other options, or repeat the same")
+      ->configurable(false)
+      ->group(group);
+  p.add_flag("--explain", t.explain,
+             "Print the plan before the work, with what is left out and why")
+      ->configurable(false)
+      ->group(group);
+
+  command.same_meaning({"steps", "time"});
+  command.add_shared_options();
+  p.footer(kExamples);
+}
+
+/// The folder's own name, without a slash at its end.
+std::filesystem::path without_slash(const std::filesystem::path& folder) {
+  return folder.has_filename() ? folder : folder.parent_path();
+}
+
+Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
+  Options o;
+  o.shared = command.shared_options();
+  o.dataset = without_slash(t.dataset);
+  o.field = t.field;
+  if (!t.time.empty()) {
+    if (steps_given)
+      throw UsageError("--steps and --time both say when training ends; give one of them");
+    o.time_s = parse_seconds("--time", t.time);
+  }
+  o.steps = parse_whole("--steps", t.steps, 1, 1'000'000'000);
+  o.holdout_text = t.holdout;
+  o.holdout = parse_holdout(t.holdout);
+  o.against = without_slash(t.against);
+  o.lpips = t.lpips;
+  o.seed = static_cast<std::uint64_t>(
+      parse_whole("--seed", t.seed, 0, std::numeric_limits<std::int64_t>::max()));
+  o.training = t.training;
+  o.resume = !t.resume.empty();
+  if (o.resume && !t.output.empty())
+    throw UsageError("--resume writes into the run that it continues; leave out -o");
+  if (o.resume && t.overwrite)
+    throw UsageError("--resume continues a run and --overwrite discards it; give one of them");
+  o.run = without_slash(o.resume ? t.resume : t.output);
+  if (o.run.empty()) {
+    // "." and ".." have no name of their own.
+    std::error_code ignored;
+    const auto name =
+        without_slash(std::filesystem::weakly_canonical(o.dataset, ignored)).filename();
+    o.run = name.string() + "_run";
+  }
+  o.overwrite = t.overwrite;
+  o.explain = t.explain;
+  return o;
+}
+
+/// What stands behind an option, before the command line is read; empty where it is not given.
+std::string text_behind(const std::string& option, int argc, char** argv) {
+  for (int n = 1; n < argc; ++n) {
+    const std::string_view argument = argv[n];
+    if (argument == "--") break;
+    if (argument == option && n + 1 < argc) return argv[n + 1];
+    if (argument.starts_with(option + "=")) return std::string(argument.substr(option.size() + 1));
+  }
+  return {};
+}
+
+/// The options of one field mean nothing to the other, so that this comes before they are read.
+void require_field_of_run(const std::filesystem::path& config, const std::string& asked_for) {
+  std::ifstream file(config);
+  for (const FlatItem& item : read_flat_toml(file, config.string())) {
+    if (item.name != "field" || item.values.size() != 1 || item.values[0] == asked_for) continue;
+    throw UsageError("--field " + asked_for + ": the run that --resume names learns the field " + item.values[0] +
+                     ", and goes on with it; leave out --field, or begin another run");
+  }
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv) {
+  CommandLine command("sar_nerf_train", kDescription);
+  Texts texts;
+  add_options(command, texts);
+  std::vector<std::string> arguments(argv, argv + argc);
+  if (const std::string run = text_behind("--resume", argc, argv); !run.empty()) {
+    for (const std::string& argument : arguments) {
+      if (argument == "--config" || argument.starts_with("--config="))
+        throw UsageError(
+            "--resume takes the options of the run that it continues; leave out --config");
+    }
+    const RunFolder folder(run);
+    std::error_code ignored;
+    if (!std::filesystem::exists(folder.config(), ignored))
+      throw InputError(
+          run +
+          ": expected the folder of a run with its config.toml, found none; is the name right?");
+    if (const std::string field = text_behind("--field", argc, argv); !field.empty())
+      require_field_of_run(folder.config(), field);
+    arguments.insert(arguments.begin() + 1, {"--config", folder.config().string()});
+  }
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  if (!command.parse(static_cast<int>(pointers.size()), pointers.data())) return std::nullopt;
+  return resolve(texts, command, command.parser().get_option("--steps")->count() > 0);
+}
+
+}  // namespace sarnerf::app

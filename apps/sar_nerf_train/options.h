@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "shared_options.h"
+#include "view_choice.h"
+
+namespace sarnerf::app {
+
+/// What the user asked for, checked one by one and against each other, before any file but --config is opened.
+struct Options {
+  std::filesystem::path dataset;
+  std::string field = "grid";
+  std::int64_t steps = 1000;
+  std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
+  std::string holdout_text = "auto";
+  Holdout holdout;
+  std::filesystem::path against;  ///< empty: no views of another dataset
+  std::filesystem::path lpips;    ///< empty: not computed
+  std::uint64_t seed = 1;
+  std::vector<std::string> training;  ///< name=value
+  std::filesystem::path run;          ///< folder of the output
+  bool resume = false;                ///< `run` holds what is continued
+  bool overwrite = false;
+  bool explain = false;
+  SharedOptions shared;
+};
+
+/// Empty when help or the version was asked for and has been printed. Throws UsageError, and InputError for a bad
+/// configuration file or a run that is not there.
+std::optional<Options> parse_options(int argc, char** argv);
+
+}  // namespace sarnerf::app

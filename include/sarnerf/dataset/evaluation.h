@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sarnerf/core/monitor.h"
+#include "sarnerf/core/target_mask.h"
+#include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/dataset/view_interpolation.h"
+
+/// How good images of unseen views are, beside what interpolation between the training images gives on the very
+/// same views.
+namespace sarnerf {
+
+/// Largest PSNR that a score can have (dB). Equal images would have an infinite one, which neither JSON nor a mean
+/// can hold; 100 dB below the peak is far below all that is ever displayed or learned.
+inline constexpr double kMostPsnr_db = 100.0;
+
+/// Scores of one image, or their means over views. All finite.
+struct Scores {
+  double psnr_power_db = 0.0;      ///< of linear power
+  double psnr_amplitude_db = 0.0;  ///< of its square root
+  /// Of power, over the dilated target; none where the truth is blank.
+  std::optional<double> psnr_target_power_db;
+  double ssim_power = 0.0;
+  std::optional<double> lpips;  ///< none unless asked for
+};
+
+/// One way of predicting images, judged on all views.
+struct MethodScores {
+  std::string name;
+  std::vector<Scores> views;  ///< in the order of the truth
+  Scores mean;                ///< of the values in dB; over the views that have a value
+  int n_capped = 0;           ///< views whose PSNR of power stands at kMostPsnr_db
+};
+
+/// Which view a row of scores belongs to.
+struct EvaluatedView {
+  std::string name;
+  double azimuth_rad = 0.0;
+  double incidence_rad = 0.0;
+};
+
+struct Evaluation {
+  double peak_power = 0.0;  ///< what all PSNR and SSIM refer to; amplitudes to its square root
+  TargetRule target;
+  std::vector<EvaluatedView> views;
+  std::optional<MethodScores> prediction;  ///< none when only the baselines were judged
+  std::vector<MethodScores> baselines;     ///< none without training images
+
+  /// The baseline with the highest mean PSNR of power; null where there is none.
+  const MethodScores* best_baseline() const;
+
+  /// Mean PSNR of power above the best baseline's (dB): what a learned field adds. None where either is missing.
+  std::optional<double> margin_db() const;
+};
+
+/// A distance between two power images relative to a peak, smaller for more alike ones (nerf/lpips.h has one). Called
+/// by the thread that called evaluate(), never inside a parallel loop.
+using ImageDistance =
+    std::function<double(const Image<float>& power, const Image<float>& truth, double peak)>;
+
+/// One way of interpolation to compare with.
+struct Baseline {
+  Interpolation method = Interpolation::linear;
+  double plane_height_m = 0.0;  ///< see interpolate_view(); of methods that turn or rescale
+};
+
+/// name() of the method, with the height of its plane unless that goes through the aim point.
+std::string name(const Baseline& baseline);
+
+/// interpolations_for() the training images, each that supposes a plane twice: with the plane through the aim point
+/// and with the one at fitted_plane_height_m(). None without training images. Cost: that of the fit.
+std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
+                                        const Monitor& monitor = {});
+
+struct EvaluationSettings {
+  std::optional<double> peak_power;  ///< unless given, peak_power() of the training images
+  TargetRule target;
+  std::optional<std::vector<Baseline>> baselines;  ///< unless given, default_baselines()
+  ImageDistance lpips;                             ///< empty: not computed
+};
+
+/// Largest power of all images. Throws InputError when they are blank or there are none: nothing can be compared
+/// relative to them.
+double peak_power(std::span<const PosedImage> images);
+
+/// Scores of one image, relative to a peak. Throws UsageError when sizes differ or the peak is not positive;
+/// NumericsError, naming the view, for an image that holds values that are not finite. Powers below zero, which a
+/// method may predict, have amplitude zero. Without LPIPS.
+Scores score_view(const Image<float>& power, const PosedImage& truth, double peak,
+                  const TargetRule& target = {});
+
+/// Judges predictions of the views in `truth`, and each baseline on the same views. `predictions` are linear power
+/// on the grids of the truth, one a view, or none at all; without `training` there are no baselines and the
+/// settings must name the peak. Throws UsageError when counts or sizes do not fit or there is no view, NumericsError
+/// for predictions that are not finite, InputError for blank training images, Interrupted when the monitor asks
+/// for it. Views in parallel, the same result for any number of threads; LPIPS one after the
+/// other. Memory: one image a thread.
+Evaluation evaluate(std::span<const PosedImage> truth, std::span<const Image<float>> predictions,
+                    std::span<const PosedImage> training, const EvaluationSettings& settings = {},
+                    const Monitor& monitor = {});
+
+}  // namespace sarnerf

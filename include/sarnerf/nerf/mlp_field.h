@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "sarnerf/mpa/integrator.h"
+#include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/learned_field.h"
+#include "sarnerf/nerf/mlp_network.h"
+#include "sarnerf/nerf/training_set.h"
+
+namespace sarnerf {
+
+/// How the field `mlp` is laid out and learned.
+struct MlpOptions {
+  MlpShape shape;
+  double voxel_size_m = 0.3;        ///< of the lattice that says where rays are sampled
+  double rate = 1e-3;               ///< Adam's largest learning rate
+  int warm_up_steps = 100;          ///< over which the rate rises to it
+  double initial_depth = 0.2;       ///< two-way optical depth of a range bin to begin with
+  double initial_brightness = 0.3;  ///< of the scale
+  double prune_depth =
+      0.02;                ///< voxels of less two-way depth, as their neighbours, are not sampled
+  int refresh_steps = 20;  ///< after so many steps the lattice is filled again
+  std::string integrator = "exact";  ///< or "paper-gated"
+};
+
+/// What the network's numbers mean.
+struct MlpMeaning {
+  double reference_bin_m = 1.0;  ///< Δ_ref, the training images' range bin
+  double source_scale = 1.0;     ///< s
+  Integrator integrator = Integrator::exact;
+};
+
+/// The field `mlp` of SAR-NeRF (printed eqs. 25–30): a network of point and direction,
+///
+///     κ = ReLU(σ_r) / (2 Δ_ref)       two-way depth ReLU(σ_r) per reference bin
+///     S = s ln(1 + e^{S_r})           plays the part of the brightness γ, s the scale of the images
+///
+/// `exact` renders S T (1 − e^−x), `paper_gated` S T e^−x tanh x as the paper has it. A lattice of voxels remembers
+/// κ (DensityCache): the network is evaluated where that is not empty, and not behind the depth at which rays end
+/// by it, so that what is left out has e^−end_depth of its power, up to what happened since the last refresh.
+///
+/// Departures from the paper: the encoding is normalised by a cube around the scene's box, so that its waves are as
+/// long along all axes, and the number of frequencies follows from the range bin (suitable_frequencies()).
+///
+/// The frame is world axes centred on the aim point.
+class MlpField : public LearnedField {
+ public:
+  /// `voxels` as carve() gives them. Fills the lattice; all of it counts as occupied.
+  MlpField(MlpNetwork network, const MlpMeaning& meaning, const GridTransform& transform,
+           CarvedVoxels voxels);
+
+  std::string_view kind() const override { return "mlp"; }
+  torch::Tensor render_rows(std::span<const RowRequest> rows,
+                            const RaySampling& sampling) const override;
+  void render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,
+                   std::span<float> pixels) const override;
+  std::vector<torch::Tensor> parameters() const override { return {network_.parameters}; }
+  Box occupied_box_m() const override {
+    return occupied_box(cache_.occupancy(), cache_.transform());
+  }
+  double voxel_size_m() const override { return cache_.transform().voxel_size_m; }
+  std::string size_text() const override;
+  Archive state() const override;
+
+  /// Evaluates the network at all voxels that carving left, and forgets those of less two-way depth than this, as
+  /// their neighbours. Cost: one sample a voxel.
+  void refresh(double least_depth);
+
+  /// κ (1/m) and S at points, differentiable by the parameters. Shapes as in mlp_forward().
+  struct Values {
+    torch::Tensor extinction_per_m, brightness;
+  };
+  Values evaluate(std::span<const glm::vec3> point_m, std::span<const glm::vec3> ray_direction,
+                  std::span<const std::uint32_t> ray_begin) const;
+
+  const MlpNetwork& network() const { return network_; }
+  const MlpMeaning& meaning() const { return meaning_; }
+  const DensityCache& cache() const { return cache_; }
+  MlpKernel kernel() const { return kernel_; }
+
+  /// Another kernel than the processor's best one, for comparisons.
+  void use_kernel(MlpKernel kernel) { kernel_ = kernel; }
+
+  /// Sets κ at the lattice's voxels [n_voxels] and what counts as empty, as they were when state() was asked for.
+  void restore_cache(std::span<const float> extinction_per_m, double least_depth);
+
+ private:
+  MlpNetwork network_;
+  MlpMeaning meaning_;
+  DensityCache cache_;
+  MlpKernel kernel_;
+};
+
+/// Frequencies L of the position's encoding with which its finest wave is not shorter than one and a half range bins,
+/// at most the paper's 10.
+int suitable_frequencies(const Box& scene_box_m, double bin_m);
+
+/// A field of fog wherever carving leaves room for matter. Throws UsageError for impossible options.
+MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed);
+
+/// The field of an archive that MlpField::state() made. Throws CheckpointError for damaged contents.
+MlpField restore_mlp_field(const Archive& archive, const std::string& where);
+
+}  // namespace sarnerf

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sarnerf/dataset/manifest.h"
+#include "sarnerf/nerf/learned_field.h"
+
+namespace sarnerf {
+
+/// What a model knows of the images that it was learned from.
+struct ModelInfo {
+  std::string program;  ///< that wrote it, with its version
+  std::string integrator = "exact";
+  double reference_bin_m = 0.0;         ///< Δ_ref, the finest range bin of the training images
+  Box scene_box_m;                      ///< world
+  glm::dvec3 aim_m{0.0};                ///< world; origin of the field's frame
+  Quantity quantity = Quantity::power;  ///< of the dataset's files; the field renders power
+  Calibration calibration = Calibration::beta0;  ///< of what it renders
+  double scale = 1.0;                            ///< of the dataset's files
+  double peak_power = 0.0;                       ///< largest training pixel: what PSNR refers to
+  DatasetView acquisition;     ///< how new views are taken unless told otherwise; no image
+  std::string dataset;         ///< folder, as it was given
+  std::string dataset_sha256;  ///< dataset_fingerprint()
+  std::vector<DatasetView> training_views;  ///< their names, angles, ranges and looks
+  std::int64_t steps = 0;                   ///< of training
+};
+
+struct Model {
+  ModelInfo info;
+  std::unique_ptr<LearnedField> field;
+};
+
+/// Writes LearnedField::state() and what is known beside it, as archive.h has it; nobody ever sees half a file. The same
+/// bytes for the same field and information. Throws Error when the disk is full.
+void write_model(const std::filesystem::path& path, const LearnedField& field,
+                 const ModelInfo& info);
+
+/// Throws CheckpointError for a file that is missing, truncated, no model (a training's checkpoint, say), of a newer
+/// version, or holds a field that is not known.
+Model read_model(const std::filesystem::path& path);
+
+}  // namespace sarnerf

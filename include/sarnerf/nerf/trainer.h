@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/learned_field.h"
+#include "sarnerf/nerf/mlp_field.h"
+#include "sarnerf/nerf/training_set.h"
+
+namespace sarnerf {
+
+/// How a field is learned. Lengths along and between rays are in voxels of the field.
+struct TrainerOptions {
+  std::string field = "grid";  ///< or "mlp"
+  GridOptions grid;            ///< of the field `grid`
+  MlpOptions mlp;              ///< of the field `mlp`
+  int rows_per_step = 140;     ///< azimuth rows, drawn from all views without repetition until all have had their turn
+  double ray_spacing = 1.4;    ///< wider than a voxel: where rays lie changes from step to step
+  double most_ray_spacing_bins = 1.3;  ///< limit of the same, in range bins
+  double longest_segment = 1.0;
+  double end_depth = 10.0;     ///< two-way optical depth at which a ray ends: 4.5e-5 of its power lies behind
+  double final_rate = 0.01;    ///< learning rates fall exponentially to this share of their first value
+  double distortion = 1e-3;    ///< weight of ray_distortion.h, relative to squares of the peak; falls by the next
+  double final_distortion = 0.1;  ///< its share at the end
+  std::uint64_t seed = 1;
+};
+
+/// The options that suit a set of images: with few views, priors count more.
+TrainerOptions default_options(const TrainingSet& set, const std::string& field);
+
+/// One JSON object with the options that concern the field in use, and its inverse. Throws UsageError for unknown keys
+/// or impossible values.
+std::string options_json(const TrainerOptions& options);
+TrainerOptions options_from_json(const std::string& json);
+
+struct StepReport {
+  std::int64_t step = 0;    ///< steps done, this one included
+  double loss = 0.0;        ///< mean square over the batch's pixels, relative to the peak's square
+  std::string field_size;   ///< LearnedField::size_text()
+};
+
+/// Learns a field from images, step by step: mean square error over azimuth rows of many views (printed eq. 31), Adam,
+/// derivatives by the native adjoints. The same seed and number of threads give the same bits; so does going on from
+/// a checkpoint.
+class Trainer {
+ public:
+  /// Carves and initialises the field. Throws UsageError for impossible options. `set` is kept.
+  Trainer(TrainingSet set, const TrainerOptions& options);
+  ~Trainer();
+
+  /// One step. `progress` in [0, 1) is the share of the training that is done: rates, resolution and regularisation
+  /// follow it, and it must not fall. Throws NumericsError when the loss is not finite or has become a thousand
+  /// times its smallest value; the field is then no longer usable.
+  StepReport step(double progress);
+
+  std::int64_t steps_done() const;
+  const LearnedField& field() const;
+  const TrainingSet& set() const;
+  const TrainerOptions& options() const;
+
+  /// Everything that the next step depends on, but the images.
+  Archive checkpoint() const;
+
+  /// Goes on from there, bit by bit with the same images, options and number of threads. Throws CheckpointError
+  /// where the archive is of another set of options or damaged; `where` names it.
+  void restore(const Archive& archive, const std::string& where);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sarnerf

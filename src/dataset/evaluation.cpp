@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/dataset/evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/metrics.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/ssim.h"
+
+namespace sarnerf {
+namespace {
+
+double capped(double psnr_db) { return std::min(psnr_db, kMostPsnr_db); }
+
+Image<float> amplitude(const Image<float>& power) {
+  Image<float> root(power.n_azimuth(), power.n_range());
+  for (std::size_t n = 0; n < root.pixels().size(); ++n) {
+    root.pixels()[n] = std::sqrt(std::max(0.0f, power.pixels()[n]));
+  }
+  return root;
+}
+
+/// Mean over the views that have a value; none where none has.
+template <class Value>
+std::optional<double> mean(const std::vector<Scores>& views, Value Scores::*value) {
+  double sum = 0.0;
+  int count = 0;
+  for (const Scores& s : views) {
+    const std::optional<double> v = s.*value;
+    if (!v) continue;
+    sum += *v;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+Scores mean_of(const std::vector<Scores>& views) {
+  return {mean(views, &Scores::psnr_power_db).value_or(0.0),
+          mean(views, &Scores::psnr_amplitude_db).value_or(0.0),
+          mean(views, &Scores::psnr_target_power_db),
+          mean(views, &Scores::ssim_power).value_or(0.0), mean(views, &Scores::lpips)};
+}
+
+void check_counts(std::span<const PosedImage> truth, std::span<const Image<float>> predictions,
+                  std::span<const PosedImage> training, const EvaluationSettings& settings) {
+  if (truth.empty()) throw UsageError("an evaluation needs at least one view to compare with");
+  if (!predictions.empty() && predictions.size() != truth.size()) {
+    throw UsageError("an evaluation needs one prediction a view: " + std::to_string(truth.size()) +
+                     " views, " + std::to_string(predictions.size()) + " predictions");
+  }
+  if (training.empty() && !settings.peak_power) {
+    throw UsageError("an evaluation without training images needs the peak that PSNR refers to");
+  }
+  if (training.empty() && settings.baselines && !settings.baselines->empty()) {
+    throw UsageError("baselines are made of the training images; there is none");
+  }
+}
+
+/// What all methods of one evaluation share.
+struct Judge {
+  std::span<const PosedImage> truth;
+  double peak;
+  const EvaluationSettings& settings;
+  const Monitor& monitor;
+  std::uint64_t n_total;
+  std::uint64_t n_done = 0;
+  std::mutex done_mutex{};
+
+  void done() {
+    const std::scoped_lock lock(done_mutex);
+    monitor.report("evaluate", ++n_done, n_total);
+  }
+
+  /// `image_of(n)` is the prediction of view n; it may be computed for the occasion.
+  template <class ImageOf>
+  MethodScores scores(std::string name, ImageOf&& image_of) {
+    MethodScores method{std::move(name), std::vector<Scores>(truth.size()), {}, 0};
+    parallel_for(truth.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t n = begin; n < end; ++n) {
+        monitor.check();
+        method.views[n] = score_view(image_of(n), truth[n], peak, settings.target);
+        done();
+      }
+    });
+    // Images are made a second time rather than kept: a network is far dearer than an interpolation.
+    for (std::size_t n = 0; settings.lpips && n < truth.size(); ++n) {
+      monitor.check();
+      method.views[n].lpips = settings.lpips(image_of(n), truth[n].power, peak);
+      done();
+    }
+    method.mean = mean_of(method.views);
+    method.n_capped = static_cast<int>(
+        std::count_if(method.views.begin(), method.views.end(),
+                      [](const Scores& s) { return s.psnr_power_db == kMostPsnr_db; }));
+    return method;
+  }
+};
+
+}  // namespace
+
+double peak_power(std::span<const PosedImage> images) {
+  float peak = 0.0f;
+  for (const PosedImage& image : images) {
+    for (const float p : image.power.pixels()) peak = std::max(peak, p);
+  }
+  if (!(peak > 0.0f)) {
+    throw InputError("all " + std::to_string(images.size()) +
+                     " training images are blank: there is no peak that PSNR could refer to; check "
+                     "the scene and the swath");
+  }
+  return double(peak);
+}
+
+std::string name(const Baseline& baseline) {
+  std::string text(name(baseline.method));
+  if (supposes_plane(baseline.method) && baseline.plane_height_m != 0.0) {
+    char height[40];
+    std::snprintf(height, sizeof height, " (plane at %.2f m)", baseline.plane_height_m);
+    text += height;
+  }
+  return text;
+}
+
+std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
+                                        const Monitor& monitor) {
+  std::vector<Baseline> baselines;
+  for (const Interpolation method : interpolations_for(training))
+    baselines.push_back({method, 0.0});
+  if (baselines.empty()) return baselines;
+  const double fitted_m = fitted_plane_height_m(training, monitor);
+  if (fitted_m == 0.0) return baselines;
+  for (const Interpolation method : interpolations_for(training)) {
+    if (supposes_plane(method)) baselines.push_back({method, fitted_m});
+  }
+  return baselines;
+}
+
+const MethodScores* Evaluation::best_baseline() const {
+  const auto best = std::max_element(
+      baselines.begin(), baselines.end(),
+      [](const auto& a, const auto& b) { return a.mean.psnr_power_db < b.mean.psnr_power_db; });
+  return best == baselines.end() ? nullptr : &*best;
+}
+
+std::optional<double> Evaluation::margin_db() const {
+  const MethodScores* best = best_baseline();
+  if (!prediction || best == nullptr) return std::nullopt;
+  return prediction->mean.psnr_power_db - best->mean.psnr_power_db;
+}
+
+Scores score_view(const Image<float>& power, const PosedImage& truth, double peak,
+                  const TargetRule& target) {
+  if (power.n_azimuth() != truth.power.n_azimuth() || power.n_range() != truth.power.n_range()) {
+    throw UsageError("the predicted image of " + truth.name + " has " +
+                     std::to_string(power.n_azimuth()) + " x " + std::to_string(power.n_range()) +
+                     " pixels, the truth " + std::to_string(truth.power.n_azimuth()) + " x " +
+                     std::to_string(truth.power.n_range()));
+  }
+  for (const float p : power.pixels()) {
+    if (std::isfinite(p)) continue;
+    throw NumericsError("the predicted image of " + truth.name +
+                        " holds values that are not finite; the field that made it has diverged");
+  }
+  Scores scores;
+  scores.psnr_power_db = capped(psnr_db(power, truth.power, peak));
+  scores.psnr_amplitude_db =
+      capped(psnr_db(amplitude(power), amplitude(truth.power), std::sqrt(peak)));
+  const auto over_target =
+      masked_psnr_db(power, truth.power, peak, target_mask(truth.power, target));
+  if (over_target) scores.psnr_target_power_db = capped(*over_target);
+  scores.ssim_power = ssim(power, truth.power, peak);
+  return scores;
+}
+
+Evaluation evaluate(std::span<const PosedImage> truth, std::span<const Image<float>> predictions,
+                    std::span<const PosedImage> training, const EvaluationSettings& settings,
+                    const Monitor& monitor) {
+  check_counts(truth, predictions, training, settings);
+  const std::vector<Baseline> baselines =
+      settings.baselines ? *settings.baselines : default_baselines(training, monitor);
+  Evaluation evaluation;
+  evaluation.peak_power = settings.peak_power ? *settings.peak_power : peak_power(training);
+  evaluation.target = settings.target;
+  for (const PosedImage& view : truth) {
+    evaluation.views.push_back(
+        {view.name, view.acquisition.azimuth_rad, view.acquisition.incidence_rad});
+  }
+
+  const std::size_t n_methods = baselines.size() + (predictions.empty() ? 0 : 1);
+  Judge judge{truth, evaluation.peak_power, settings, monitor,
+              n_methods * truth.size() * (settings.lpips ? 2 : 1)};
+  if (!predictions.empty()) {
+    evaluation.prediction = judge.scores(
+        "prediction", [&](std::size_t n) -> const Image<float>& { return predictions[n]; });
+  }
+  for (const Baseline& b : baselines) {
+    evaluation.baselines.push_back(judge.scores(name(b), [&](std::size_t n) {
+      return interpolate_view(training, truth[n].acquisition, b.method, b.plane_height_m);
+    }));
+  }
+  return evaluation;
+}
+
+}  // namespace sarnerf

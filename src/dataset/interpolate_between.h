@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarnerf/dataset/view_interpolation.h"
+#include "view_neighbours.h"
+
+namespace sarnerf {
+
+/// interpolate_view() between views that were checked, which may be a part of the training set.
+Image<float> interpolate_between(Views training, const Acquisition& wanted, Interpolation method,
+                                 double plane_height_m);
+
+}  // namespace sarnerf

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "sarnerf/nerf/trainer.h"
+
+namespace sarnerf {
+
+/// What a field needs beside itself while it is learned: an optimiser, priors, a way to adapt its resolution.
+class FieldLearner {
+ public:
+  virtual ~FieldLearner() = default;
+
+  virtual const LearnedField& field() const = 0;
+
+  /// Refines and prunes as `progress` asks for. True when the space that holds matter has changed.
+  virtual bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) = 0;
+
+  /// One step down the gradient of a loss plus the field's priors, at this share of the largest learning rates.
+  virtual void minimise(const torch::Tensor& loss, double rate) = 0;
+
+  /// Field, optimiser and progress, for a checkpoint and back.
+  virtual Archive state() const = 0;
+  virtual void restore(const Archive& archive, const std::string& where) = 0;
+};
+
+/// Throws UsageError for a field that is not known.
+std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options);
+
+}  // namespace sarnerf

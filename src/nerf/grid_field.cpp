@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/grid_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/field/trilinear.h"
+
+namespace sarnerf {
+namespace {
+
+constexpr std::size_t kGrain = 1 << 12;  ///< voxels that a thread takes at a time
+
+}  // namespace
+
+GridField::GridField(const GridTransform& transform, int harmonics_degree, double source_scale)
+    : transform_(transform), channels_{false, harmonics_degree, SourceBasis::harmonics},
+      source_scale_(source_scale) {}
+
+void GridField::set_voxels(BrickTopology topology, std::span<const std::uint8_t> active,
+                           const torch::Tensor& new_log_depth, const torch::Tensor& new_coefficients) {
+  topology_ = std::move(topology);
+  active_.clear();
+  std::vector<float> occupied(active.size(), 0.0f);
+  for (std::size_t v = 0; v < active.size(); ++v) {
+    if (active[v] == 0) continue;
+    active_.push_back(static_cast<std::uint32_t>(v));
+    occupied[v] = 1.0f;
+  }
+  occupancy_ = std::make_unique<Occupancy>(BrickView<const float>{&topology_, transform_, 1, occupied}, 1);
+  const auto take = [](torch::Tensor& parameter, const torch::Tensor& value) {
+    if (parameter.defined()) {
+      parameter.set_data(value.detach().contiguous());
+      parameter.mutable_grad() = torch::Tensor();
+    } else {
+      parameter = value.detach().contiguous().set_requires_grad(true);
+    }
+  };
+  take(log_depth, new_log_depth);
+  take(coefficients, new_coefficients);
+}
+
+std::vector<float> GridField::values() const {
+  const auto n_source = static_cast<std::size_t>(channels_.n_source());
+  const std::size_t n_channels = n_source + 1;
+  std::vector<float> values(n_voxels() * n_channels, 0.0f);
+  const float* a = log_depth.data_ptr<float>();
+  const float* b = coefficients.data_ptr<float>();
+  const auto density = static_cast<float>(0.5 / transform_.voxel_size_m);
+  const auto scale = static_cast<float>(source_scale_);
+  parallel_for(active_.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      float* const out = &values[active_[n] * n_channels];
+      out[0] = density * std::exp(a[n]);
+      for (std::size_t m = 0; m < n_source; ++m) out[1 + m] = scale * b[n * n_source + m];
+    }
+  });
+  return values;
+}
+
+void GridField::gather_gradients(std::span<const float> values, std::span<const float> d_values,
+                                 float* d_log_depth, float* d_coefficients) const {
+  const auto n_source = static_cast<std::size_t>(channels_.n_source());
+  const auto scale = static_cast<float>(source_scale_);
+  parallel_for(active_.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const std::size_t c = active_[n] * (n_source + 1);
+      d_log_depth[n] = d_values[c] * values[c];  // dκ/da = κ
+      for (std::size_t m = 0; m < n_source; ++m)
+        d_coefficients[n * n_source + m] = scale * d_values[c + 1 + m];
+    }
+  });
+}
+
+std::string GridField::size_text() const {
+  char text[64];
+  std::snprintf(text, sizeof text, "%zu voxels of %.3g m", n_active(), transform_.voxel_size_m);
+  return text;
+}
+
+torch::Tensor prune(GridField& field, std::span<const std::uint8_t> keep) {
+  std::vector<std::uint8_t> kept(field.n_voxels(), 0);
+  std::vector<std::int64_t> places;
+  for (std::size_t n = 0; n < keep.size(); ++n) {
+    if (keep[n] == 0) continue;
+    kept[field.active_voxels()[n]] = 1;
+    places.push_back(static_cast<std::int64_t>(n));
+  }
+  BrickTopology topology;
+  std::vector<std::uint8_t> active;
+  for (std::uint32_t brick = 0; brick < field.topology().n_bricks(); ++brick) {
+    const auto mine = std::span(kept).subspan(std::size_t{brick} * kBrickVoxels, kBrickVoxels);
+    if (std::all_of(mine.begin(), mine.end(), [](auto k) { return k == 0; })) continue;
+    topology.insert(field.topology().coordinate(brick));
+    active.insert(active.end(), mine.begin(), mine.end());
+  }
+  const auto index = torch::tensor(places, torch::kLong);
+  field.set_voxels(std::move(topology), active, field.log_depth.detach().index_select(0, index),
+                   field.coefficients.detach().index_select(0, index));
+  return index;
+}
+
+GridField refined(const GridField& field) {
+  // Voxel (0,0,0) of the finer grid lies where that of the coarser one does.
+  const GridTransform transform{field.transform().origin_m, 0.5 * field.transform().voxel_size_m};
+  GridField fine(transform, field.channels().harmonics_degree, field.source_scale());
+  const auto n_source = static_cast<std::size_t>(field.channels().n_source());
+
+  // Interpolated are depth per metre (κ) and coefficients; voxels outside give neither, so that active ones only
+  // share their values: weights are normalised by what is active.
+  const std::size_t n_channels = 2 + n_source;
+  std::vector<float> coarse(field.n_voxels() * n_channels, 0.0f);
+  const float* a = field.log_depth.data_ptr<float>();
+  const float* b = field.coefficients.data_ptr<float>();
+  for (std::size_t n = 0; n < field.n_active(); ++n) {
+    float* c = &coarse[field.active_voxels()[n] * n_channels];
+    c[0] = 1.0f;
+    c[1] = a[n];
+    for (std::size_t m = 0; m < n_source; ++m) c[2 + m] = b[n * n_source + m];
+  }
+  const BrickView<const float> coarse_view{&field.topology(), field.transform(), static_cast<int>(n_channels),
+                                           coarse};
+  BrickTopology topology;
+  const Occupancy& occupancy = field.occupancy();
+  for (std::uint32_t brick = 0; brick < occupancy.bricks().n_bricks(); ++brick) {
+    const glm::ivec3 origin = occupancy.bricks().coordinate(brick) * kBrickSide;
+    for (int n = 0; n < kBrickVoxels; ++n) {
+      const glm::ivec3 cell = origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
+      if (!occupancy.cell(brick, cell)) continue;
+      for (int c = 0; c < 8; ++c) {
+        const glm::ivec3 voxel = 2 * cell + glm::ivec3(c >> 2, c >> 1 & 1, c & 1);
+        if (topology.find(brick_of_voxel(voxel)) == kNoBrick) topology.insert(brick_of_voxel(voxel));
+      }
+    }
+  }
+  const std::size_t n_voxels = topology.n_bricks() * kBrickVoxels;
+  std::vector<std::uint8_t> active(n_voxels, 0);
+  std::vector<float> fa(n_voxels), fb(n_voxels * n_source);
+  parallel_for(topology.n_bricks(), 8, [&](std::size_t begin, std::size_t end, int) {
+    TrilinearSampler sampler(coarse_view);
+    std::vector<glm::vec3> points(kBrickVoxels);
+    std::vector<float> out(kBrickVoxels * n_channels);
+    for (std::size_t brick = begin; brick < end; ++brick) {
+      const glm::ivec3 origin = topology.coordinate(static_cast<std::uint32_t>(brick)) * kBrickSide;
+      for (int n = 0; n < kBrickVoxels; ++n)
+        points[static_cast<std::size_t>(n)] = glm::vec3(
+            transform.world_from_index(glm::dvec3(origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7))));
+      sampler.sample(points, out);
+      for (std::size_t n = 0; n < kBrickVoxels; ++n) {
+        const float* c = &out[n * n_channels];
+        // A fine voxel needs half of its weight on active ones: those at the border of the field go.
+        if (c[0] < 0.5f) continue;
+        const std::size_t v = brick * kBrickVoxels + n;
+        active[v] = 1;
+        fa[v] = c[1] / c[0] - 0.6931472f;  // half the depth in half the length
+        for (std::size_t m = 0; m < n_source; ++m) fb[v * n_source + m] = c[2 + m] / c[0];
+      }
+    }
+  });
+  std::vector<float> log_depth, coefficients;
+  for (std::size_t v = 0; v < n_voxels; ++v) {
+    if (active[v] == 0) continue;
+    log_depth.push_back(fa[v]);
+    coefficients.insert(coefficients.end(), &fb[v * n_source], &fb[v * n_source] + n_source);
+  }
+  fine.set_voxels(std::move(topology), active, torch::tensor(log_depth),
+                  torch::tensor(coefficients).view({-1, static_cast<std::int64_t>(n_source)}));
+  return fine;
+}
+
+}  // namespace sarnerf

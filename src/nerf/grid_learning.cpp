@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "grid_learning.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "sarnerf/nerf/carving.h"
+
+namespace sarnerf {
+
+std::vector<RowReference> rows_that_see(const TrainingSet& set, const Box& box_m) {
+  std::vector<RowReference> rows;
+  if (box_m.empty()) return rows;
+  for (std::uint32_t v = 0; v < set.images.size(); ++v) {
+    const Acquisition& a = set.images[v].acquisition;
+    const glm::dvec3 h = radar_frame(a).h;
+    double low_m = std::numeric_limits<double>::infinity(), high_m = -low_m;
+    for (const glm::dvec3& corner : box_m.corners()) {
+      low_m = std::min(low_m, glm::dot(corner, h));
+      high_m = std::max(high_m, glm::dot(corner, h));
+    }
+    for (int i = 0; i < a.n_azimuth; ++i) {
+      if (a.row_offset_m(i + 0.5) >= low_m && a.row_offset_m(i - 0.5) <= high_m)
+        rows.push_back({v, static_cast<std::uint32_t>(i)});
+    }
+  }
+  return rows;
+}
+
+GridField initial_grid_field(const TrainingSet& set, const GridOptions& options) {
+  const GridTransform transform =
+      grid_transform(set, options.voxel_size_m * std::exp2(options.n_levels - 1));
+  // Rounding of an image's zeros to some other smallest number does not keep space from being carved.
+  constexpr double kZero = 1e-6;
+  CarvedVoxels carved = carve(set, transform, kZero * double{set.peak});
+  GridField field(transform, options.harmonics_degree, double{set.bright});
+  const auto n = std::count(carved.active.begin(), carved.active.end(), std::uint8_t{1});
+  auto coefficients = torch::zeros({n, field.channels().n_source()});
+  coefficients.select(1, 0).fill_(options.initial_brightness * std::sqrt(4.0 * std::numbers::pi));
+  torch::Tensor log_depth = torch::full({n}, std::log(options.initial_depth));
+  if (options.ground_depth > 0.0) {
+    float* a = log_depth.data_ptr<float>();
+    for (std::size_t v = 0; v < carved.active.size(); ++v) {
+      if (carved.active[v] == 0) continue;
+      const auto brick = static_cast<std::uint32_t>(v / kBrickVoxels);
+      const int y = carved.topology.coordinate(brick).y * kBrickSide + static_cast<int>(v >> 3 & 7);
+      if (transform.world_from_index(glm::dvec3(0, y, 0)).y <= set.box_m.min.y)
+        *a = static_cast<float>(std::log(options.ground_depth));
+      ++a;
+    }
+  }
+  field.set_voxels(std::move(carved.topology), carved.active, log_depth, coefficients);
+  return field;
+}
+
+std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSet& set,
+                                        std::span<const RowReference> rows, const RaySampling& sampling,
+                                        const GridOptions& options) {
+  const std::vector<float> values = field.values();
+  RowRenderer renderer(field.view(values), field.channels(), field.occupancy(), sampling);
+  // Derivatives of the sum of all pixels by the isotropic coefficients are what voxels return of their brightness.
+  std::vector<float> exposure(values.size(), 0.0f), pixels, ones;
+  constexpr std::size_t kRows = 256;
+  for (std::size_t first = 0; first < rows.size(); first += kRows) {
+    std::vector<RowRequest> some;
+    std::size_t n_pixels = 0;
+    for (const RowReference& r : rows.subspan(first, std::min(kRows, rows.size() - first))) {
+      some.push_back({set.images[r.view].acquisition, static_cast<int>(r.row)});
+      n_pixels += static_cast<std::size_t>(some.back().acquisition.n_range);
+    }
+    pixels.resize(n_pixels);
+    ones.assign(n_pixels, 1.0f);
+    renderer.forward(some, pixels);
+    renderer.backward(ones, exposure);
+  }
+  const auto n_channels = static_cast<std::size_t>(field.channels().count());
+  const auto isotropic = static_cast<std::size_t>(field.channels().first_source());
+  const float* a = field.log_depth.data_ptr<float>();
+  const auto least = static_cast<float>(std::log(options.prune_depth));
+  const double least_returned = options.prune_exposure * static_cast<double>(set.images.size());
+  std::vector<std::uint8_t> keep(field.n_active());
+  for (std::size_t n = 0; n < keep.size(); ++n) {
+    const double returned = double{exposure[field.active_voxels()[n] * n_channels + isotropic]};
+    keep[n] = a[n] >= least && returned > least_returned ? 1 : 0;
+  }
+  return keep;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "row_rays.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sarnerf {
+namespace {
+
+constexpr double kGoldenRatio = 0.6180339887498949;
+
+double fractional(double x) { return x - std::floor(x); }
+
+struct Comb {
+  Fan fan;
+  double first;  ///< number of the first ray, counted from the aim point
+};
+
+Comb comb_over(const Acquisition& acquisition, const Box& box_m, double spacing_m, double jitter) {
+  const auto [low, high] = angular_extent(acquisition, box_m);
+  const double step = spacing_m / acquisition.slant_range_m;
+  // Ray n has the angle (n + jitter) step; the fan begins half a step before its first ray.
+  const double first = std::ceil(low / step - jitter), last = std::floor(high / step - jitter);
+  return {{(first + jitter - 0.5) * step, step, std::max(0, static_cast<int>(last - first) + 1)},
+          first};
+}
+
+}  // namespace
+
+Fan for_each_ray(const RowRequest& request, const Box& box_m, const RaySampling& sampling,
+                 const VisitRay& visit) {
+  if (box_m.empty()) return {};
+  const Acquisition& a = request.acquisition;
+  const Comb comb = comb_over(a, box_m, sampling.ray_spacing_m, request.fan_jitter);
+  const RayGrid rays(a, comb.fan);
+  for (int m = 0; m < sampling.sub_rows; ++m) {
+    for (int k = 0; k < comb.fan.n_elevation; ++k) {
+      const double place = fractional(request.along_track_jitter + kGoldenRatio * (comb.first + k));
+      const double offset = (m + place) / sampling.sub_rows - 0.5;
+      const double along_track_m = a.row_offset_m(request.row + offset);
+      const RangeInterval inside = clip_to_box(rays, along_track_m, k, box_m);
+      if (!inside.empty()) visit(rays, along_track_m, k, inside);
+    }
+  }
+  return comb.fan;
+}
+
+std::size_t n_pixels(std::span<const RowRequest> rows) {
+  std::size_t n = 0;
+  for (const RowRequest& r : rows) n += static_cast<std::size_t>(r.acquisition.n_range);
+  return n;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/row_renderer.h"
+
+#include <algorithm>
+#include <string>
+
+#include "ray_distortion.h"
+#include "row_part.h"
+#include "row_pixels.h"
+#include "row_rays.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+
+namespace sarnerf {
+
+RowRenderer::RowRenderer(const BrickView<const float>& values, const FieldChannels& channels,
+                         const Occupancy& occupancy, const RaySampling& sampling)
+    : values_(values),
+      channels_(channels),
+      occupancy_(&occupancy),
+      sampling_(sampling),
+      box_m_(occupied_box(occupancy, values.transform)) {}
+
+RowRenderer::~RowRenderer() = default;
+RowRenderer::RowRenderer(RowRenderer&&) noexcept = default;
+RowRenderer& RowRenderer::operator=(RowRenderer&&) noexcept = default;
+
+void RowRenderer::march_row(const RowRequest& request, VolumeMarcher& marcher, RowPart& part) const {
+  const auto march = [&](const RayGrid& rays, double along_track_m, int k, const RangeInterval& inside) {
+    marcher.march(rays, along_track_m, 0, k, inside, part.batch, part.field);
+  };
+  part.begin_row(request.acquisition);
+  part.end_row(for_each_ray(request, box_m_, sampling_, march));
+}
+
+void RowRenderer::forward_part(std::span<const RowRequest> rows, std::span<float> pixels, RowPart& part) const {
+  part.clear();
+  VolumeMarcher marcher(values_, channels_, *occupancy_, sampling_.longest_m, sampling_.end_depth);
+  for (const RowRequest& request : rows) {
+    march_row(request, marcher, part);
+    const auto n_range = static_cast<std::size_t>(request.acquisition.n_range);
+    row_pixels(part, part.rows.back(), samples(part.field, channels_.basis), Integrator::exact, sampling_,
+               pixels.first(n_range));
+    pixels = pixels.subspan(n_range);
+  }
+}
+
+void RowRenderer::forward(std::span<const RowRequest> rows, std::span<float> pixels) {
+  if (pixels.size() != n_pixels(rows))
+    throw UsageError("the rows have " + std::to_string(n_pixels(rows)) + " pixels, not " +
+                     std::to_string(pixels.size()));
+  const std::size_t n_parts =
+      std::max<std::size_t>(1, std::min(rows.size(), static_cast<std::size_t>(thread_count())));
+  parts_.resize(n_parts);
+  for (auto& part : parts_)
+    if (!part) part = std::make_unique<RowPart>();
+  parallel_for(n_parts, 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t p = begin; p < end; ++p) {
+      const std::size_t first = rows.size() * p / n_parts, last = rows.size() * (p + 1) / n_parts;
+      const auto mine = rows.subspan(first, last - first);
+      forward_part(mine, pixels.subspan(n_pixels(rows.first(first)), n_pixels(mine)), *parts_[p]);
+    }
+  });
+}
+
+void RowRenderer::backward_part(std::span<const float> pixel_gradients, std::span<float> value_gradients,
+                                RowPart& part) const {
+  const std::size_t n_segments = part.batch.n_segments();
+  part.d_extinction.assign(n_segments, 0.0f);
+  part.d_source.assign(n_segments, 0.0f);
+  for (const RowPart::Row& row : part.rows) {
+    const auto n_range = static_cast<std::size_t>(row.acquisition.n_range);
+    row_pixels_adjoint(part, row, samples(part.field, channels_.basis), Integrator::exact, sampling_,
+                       pixel_gradients.first(n_range));
+    pixel_gradients = pixel_gradients.subspan(n_range);
+  }
+  if (sampling_.distortion > 0.0) {
+    // A ray counts as much as the part of a pixel that it stands for.
+    add_distortion_gradient(part, [&](const RowPart::Row& row) {
+      return sampling_.distortion * sampling_.ray_spacing_m / (row.acquisition.range_spacing_m * sampling_.sub_rows);
+    });
+  }
+  sample_field_adjoint({values_.topology, values_.transform, values_.n_channels, value_gradients}, channels_,
+                       part.batch.point_m, {part.batch.ray_begin, part.batch.ray_direction}, part.field.source,
+                       {part.d_extinction, {}, part.d_source});
+}
+
+void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<float> value_gradients) {
+  if (value_gradients.size() != values_.values.size())
+    throw UsageError("gradients must be as many as the field's values");
+  std::vector<std::size_t> first_pixel{0};
+  for (const auto& part : parts_) {
+    std::size_t n = 0;
+    for (const RowPart::Row& row : part->rows) n += static_cast<std::size_t>(row.acquisition.n_range);
+    first_pixel.push_back(first_pixel.back() + n);
+  }
+  if (pixel_gradients.size() != first_pixel.back())
+    throw UsageError("gradients must be as many as the pixels of the last forward pass");
+
+  parallel_for(parts_.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t p = begin; p < end; ++p) {
+      RowPart& part = *parts_[p];
+      if (p > 0) part.d_values.assign(value_gradients.size(), 0.0f);
+      backward_part(pixel_gradients.subspan(first_pixel[p]), p > 0 ? std::span<float>(part.d_values) : value_gradients,
+                    part);
+    }
+  });
+  constexpr std::size_t kGrain = 1 << 15;
+  for (std::size_t p = 1; p < parts_.size(); ++p) {
+    const std::vector<float>& other = parts_[p]->d_values;
+    parallel_for(value_gradients.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t n = begin; n < end; ++n) value_gradients[n] += other[n];
+    });
+  }
+}
+
+std::uint64_t RowRenderer::n_segments() const {
+  std::uint64_t n = 0;
+  for (const auto& part : parts_) n += part->batch.n_segments();
+  return n;
+}
+
+std::uint64_t RowRenderer::n_rays() const {
+  std::uint64_t n = 0;
+  for (const auto& part : parts_) n += part->batch.n_rays();
+  return n;
+}
+
+Box occupied_box(const Occupancy& occupancy, const GridTransform& transform) {
+  Box box;
+  const BrickTopology& bricks = occupancy.bricks();
+  for (std::uint32_t brick = 0; brick < bricks.n_bricks(); ++brick) {
+    const auto cells = occupancy.cell_box(brick);
+    const glm::ivec3 origin = bricks.coordinate(brick) * kBrickSide;
+    box.include(transform.world_from_index(glm::dvec3(origin + cells.first)));
+    box.include(transform.world_from_index(glm::dvec3(origin + cells.last + 1)));
+  }
+  return box;
+}
+
+}  // namespace sarnerf

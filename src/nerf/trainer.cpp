@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/trainer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "field_learner.h"
+#include "row_queue.h"
+#include "sarnerf/core/error.h"
+#include "trainer_json.h"
+
+namespace sarnerf {
+namespace {
+
+/// A loss this much larger than the smallest one says that the field has been lost, if it is also this much larger
+/// than that of black images: few rows may by chance show next to nothing, and their loss is no measure then.
+constexpr double kDivergence = 1000.0, kWorseThanBlack = 10.0;
+
+/// Mean square of pixels.
+double mean_square(std::span<const float> pixels) {
+  double sum = 0.0;
+  for (const float p : pixels) sum += double{p} * double{p};
+  return sum / static_cast<double>(std::max<std::size_t>(1, pixels.size()));
+}
+
+}  // namespace
+
+struct Trainer::State {
+  TrainingSet set;
+  TrainerOptions options;
+  std::unique_ptr<FieldLearner> learner;
+  RowQueue queue;
+  std::int64_t steps = 0;
+  double mean_square_of_set = 0.0;
+  double least_loss = std::numeric_limits<double>::infinity();
+
+  RaySampling sampling(double progress) const {
+    const LearnedField& field = learner->field();
+    double most_m = std::numeric_limits<double>::infinity();
+    for (const PosedImage& image : set.images)
+      most_m = std::min(most_m, options.most_ray_spacing_bins * image.acquisition.range_spacing_m);
+    const double voxel_m = field.voxel_size_m();
+    RaySampling s;
+    s.ray_spacing_m = std::min(options.ray_spacing * voxel_m, most_m);
+    s.longest_m = options.longest_segment * voxel_m;
+    s.end_depth = options.end_depth;
+    s.distortion = options.distortion * std::pow(options.final_distortion, progress);
+    return s;
+  }
+};
+
+Trainer::Trainer(TrainingSet set, const TrainerOptions& options) : state_(std::make_unique<State>()) {
+  state_->set = std::move(set);
+  state_->options = options;
+  state_->learner = make_learner(state_->set, options);
+  for (const PosedImage& image : state_->set.images)
+    state_->mean_square_of_set += mean_square(image.power.pixels()) / static_cast<double>(state_->set.images.size());
+  state_->queue = RowQueue(state_->set, state_->learner->field().occupied_box_m(), options.seed);
+}
+
+Trainer::~Trainer() = default;
+
+StepReport Trainer::step(double progress) {
+  State& s = *state_;
+  if (s.learner->adapt(progress, s.set, s.sampling(0.0)))
+    s.queue.keep_rows_that_see(s.set, s.learner->field().occupied_box_m());
+
+  std::vector<RowRequest> rows;
+  std::vector<float> wanted;
+  for (int n = 0; n < s.options.rows_per_step && !s.queue.empty(); ++n) {
+    const RowQueue::Draw draw = s.queue.next();
+    const PosedImage& image = s.set.images[draw.row.view];
+    const auto i = static_cast<int>(draw.row.row);
+    rows.push_back({image.acquisition, i, draw.along_track_jitter, draw.fan_jitter});
+    const auto pixels = image.power.row(i);
+    wanted.insert(wanted.end(), pixels.begin(), pixels.end());
+  }
+  double loss = 0.0;
+  if (!rows.empty()) {
+    const double inverse_peak2 = 1.0 / (double{s.set.peak} * double{s.set.peak});
+    const auto n = static_cast<std::int64_t>(wanted.size());
+    const torch::Tensor truth = torch::from_blob(wanted.data(), {n}, torch::kFloat);
+    const torch::Tensor pixels = s.learner->field().render_rows(rows, s.sampling(progress));
+    const torch::Tensor squares = (pixels - truth).square().sum() * inverse_peak2;
+    loss = squares.item<double>() / static_cast<double>(n);
+    const double black = inverse_peak2 * (mean_square(wanted) + s.mean_square_of_set);
+    if (!std::isfinite(loss) || (loss > kDivergence * s.least_loss && loss > kWorseThanBlack * black))
+      throw NumericsError("training diverges: at step " + std::to_string(s.steps + 1) + " the mean square error is " +
+                          std::to_string(loss) + " of the peak's square; use lower learning rates");
+    s.least_loss = std::min(s.least_loss, loss);
+    s.learner->minimise(squares, std::pow(s.options.final_rate, progress));
+  }
+  ++s.steps;
+  return {s.steps, loss, s.learner->field().size_text()};
+}
+
+std::int64_t Trainer::steps_done() const { return state_->steps; }
+const LearnedField& Trainer::field() const { return state_->learner->field(); }
+const TrainingSet& Trainer::set() const { return state_->set; }
+const TrainerOptions& Trainer::options() const { return state_->options; }
+
+Archive Trainer::checkpoint() const {
+  Archive archive = state_->learner->state();
+  state_->queue.save(archive);
+  add_trainer_json(archive, {options_json(state_->options), state_->steps, state_->least_loss});
+  return archive;
+}
+
+void Trainer::restore(const Archive& archive, const std::string& where) {
+  const TrainerJson saved = trainer_json(archive, where);
+  if (saved.options != options_json(state_->options))
+    throw CheckpointError(where + ": was written with other options: " + saved.options + " instead of " +
+                          options_json(state_->options));
+  state_->learner->restore(archive, where);
+  state_->queue.restore(archive, where);
+  state_->steps = saved.steps;
+  state_->least_loss = saved.least_loss;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "archive_text.h"
+#include "sarnerf/nerf/trainer.h"
+#include "trainer_json.h"
+
+namespace sarnerf {
+namespace {
+
+template <class Options, class Visit>
+void for_each_grid_option(Options& o, Visit&& visit) {
+  visit("voxel_size_m", o.voxel_size_m);
+  visit("n_levels", o.n_levels);
+  visit("harmonics_degree", o.harmonics_degree);
+  visit("density_rate", o.density_rate);
+  visit("source_rate", o.source_rate);
+  visit("initial_depth", o.initial_depth);
+  visit("initial_brightness", o.initial_brightness);
+  visit("ground_depth", o.ground_depth);
+  visit("prune_from", o.prune_from);
+  visit("prune_depth", o.prune_depth);
+  visit("prune_exposure", o.prune_exposure);
+  visit("n_prunings", o.n_prunings);
+  visit("smooth_density", o.smooth_density);
+  visit("smooth_source", o.smooth_source);
+  visit("smooth_angular", o.smooth_angular);
+}
+
+template <class Options, class Visit>
+void for_each_mlp_option(Options& o, Visit&& visit) {
+  visit("depth", o.shape.depth);
+  visit("width", o.shape.width);
+  visit("skip", o.shape.skip);
+  visit("position_frequencies", o.shape.position_frequencies);
+  visit("direction_frequencies", o.shape.direction_frequencies);
+  visit("voxel_size_m", o.voxel_size_m);
+  visit("rate", o.rate);
+  visit("warm_up_steps", o.warm_up_steps);
+  visit("initial_depth", o.initial_depth);
+  visit("initial_brightness", o.initial_brightness);
+  visit("prune_depth", o.prune_depth);
+  visit("refresh_steps", o.refresh_steps);
+  visit("integrator", o.integrator);
+}
+
+/// Calls visit(name, member) for every option that concerns the field.
+template <class Options, class Visit>
+void for_each_option(Options& o, Visit&& visit) {
+  visit("field", o.field);
+  if (o.field == "mlp")
+    for_each_mlp_option(o.mlp, visit);
+  else
+    for_each_grid_option(o.grid, visit);
+  visit("rows_per_step", o.rows_per_step);
+  visit("ray_spacing", o.ray_spacing);
+  visit("most_ray_spacing_bins", o.most_ray_spacing_bins);
+  visit("longest_segment", o.longest_segment);
+  visit("end_depth", o.end_depth);
+  visit("final_rate", o.final_rate);
+  visit("distortion", o.distortion);
+  visit("final_distortion", o.final_distortion);
+  visit("seed", o.seed);
+}
+
+}  // namespace
+
+TrainerOptions default_options(const TrainingSet& set, const std::string& field) {
+  TrainerOptions options;
+  options.field = field;
+  double bin_m = std::numeric_limits<double>::infinity();
+  for (const PosedImage& image : set.images) bin_m = std::min(bin_m, image.acquisition.range_spacing_m);
+  options.grid.voxel_size_m = 2.0 / 3.0 * bin_m;
+  // Few views leave more open than many: what they do not say, priors must. Measured on 72 to 12 views of three
+  // solids (docs/training.md).
+  const double fewness = std::clamp(36.0 / static_cast<double>(std::max<std::size_t>(1, set.images.size())), 1.0, 3.0);
+  options.distortion *= fewness;
+  options.grid.smooth_density *= fewness;
+  if (fewness > 1.2) {
+    options.grid.smooth_angular = 1e-3;
+    options.grid.initial_depth = 0.2;
+    options.final_distortion = 0.05;
+  }
+  if (has_background(set)) {
+    // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
+    options.grid.initial_depth = 0.01;
+    options.grid.n_levels = 3;
+    options.rows_per_step = 70;
+    options.grid.ground_depth = 3.0;
+    options.grid.prune_from = 0.2;
+  }
+  options.mlp.voxel_size_m = bin_m;
+  options.mlp.shape.position_frequencies = suitable_frequencies(set.box_m, bin_m);
+  if (field == "mlp") {
+    options.rows_per_step = 10;
+    options.ray_spacing = 1.0;
+    options.end_depth = 7.0;
+    options.final_rate = 0.1;
+    options.distortion = 0.0;
+  }
+  return options;
+}
+
+std::string options_json(const TrainerOptions& options) {
+  Json json = Json::object();
+  for_each_option(options, [&](const char* name, const auto& value) { json[name] = value; });
+  return json.dump();
+}
+
+TrainerOptions options_from_json(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object()) throw UsageError("training options must be a JSON object, found: " + text.substr(0, 80));
+  TrainerOptions options;
+  // Which options there are depends on the field.
+  if (json.contains("field") && json.at("field").is_string()) options.field = json.at("field").get<std::string>();
+  std::size_t n_known = 0;
+  for_each_option(options, [&](const char* name, auto& value) {
+    if (!json.contains(name)) return;
+    ++n_known;
+    try {
+      value = json.at(name).get<std::decay_t<decltype(value)>>();
+    } catch (const nlohmann::json::exception&) {
+      throw UsageError(std::string("training option '") + name + "' cannot be " + json.at(name).dump());
+    }
+  });
+  if (n_known < json.size()) {
+    for (const auto& entry : json.items()) {
+      bool known = false;
+      for_each_option(options, [&](const char* name, auto&) { known |= entry.key() == name; });
+      if (!known) throw UsageError("'" + entry.key() + "' is no training option of the field '" + options.field + "'");
+    }
+  }
+  return options;
+}
+
+void add_trainer_json(Archive& archive, const TrainerJson& trainer) {
+  add_text(archive, "trainer",
+           {{"options", Json::parse(trainer.options)}, {"steps", trainer.steps}, {"least_loss", trainer.least_loss}});
+}
+
+TrainerJson trainer_json(const Archive& archive, const std::string& where) {
+  const Json text = text_of(archive, "trainer", where);
+  const Json options = member<Json>(text, "options", where);
+  const Json& least = text.contains("least_loss") ? text.at("least_loss") : Json();
+  // JSON has no infinity: nothing was learned yet.
+  return {options.dump(), member<std::int64_t>(text, "steps", where),
+          least.is_number() ? least.get<double>() : std::numeric_limits<double>::infinity()};
+}
+
+}  // namespace sarnerf

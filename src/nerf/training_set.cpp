@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/training_set.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "sarnerf/core/error.h"
+
+namespace sarnerf {
+namespace {
+
+float mean_of_brightest(const std::vector<PosedImage>& images) {
+  std::vector<float> positive;
+  for (const PosedImage& image : images)
+    for (const float p : image.power.pixels())
+      if (p > 0.0f) positive.push_back(p);
+  const std::size_t n = std::max<std::size_t>(1, positive.size() / 100);
+  std::nth_element(positive.begin(), positive.begin() + static_cast<std::ptrdiff_t>(n) - 1, positive.end(),
+                   std::greater<>());
+  double sum = 0.0;
+  for (std::size_t k = 0; k < n; ++k) sum += double{positive[k]};
+  return static_cast<float>(sum / static_cast<double>(n));
+}
+
+}  // namespace
+
+TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m) {
+  if (images.empty()) throw InputError("there is no image to learn from");
+  TrainingSet set;
+  const glm::dvec3 aim_m = images.front().acquisition.aim_m;
+  set.box_m = {scene_box_m.min - aim_m, scene_box_m.max - aim_m};
+  for (PosedImage& image : images) {
+    image.acquisition.aim_m = glm::dvec3(0.0);
+    for (const float p : image.power.pixels()) set.peak = std::max(set.peak, p);
+  }
+  if (!(set.peak > 0.0f))
+    throw InputError("all pixels of the images to learn from are 0: there is nothing to learn; were they rendered "
+                     "with another aim point than the dataset says?");
+  set.bright = mean_of_brightest(images);
+  set.images = std::move(images);
+  return set;
+}
+
+bool has_background(const TrainingSet& set) {
+  std::size_t n_positive = 0, n = 0;
+  for (const PosedImage& image : set.images) {
+    n += image.power.pixels().size();
+    for (const float p : image.power.pixels()) n_positive += p > 0.0f;
+  }
+  return 2 * n_positive > n;
+}
+
+}  // namespace sarnerf

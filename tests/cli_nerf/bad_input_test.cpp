@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <limits>
+#include <span>
+
+#include "../nerf/torch_catch.h"
+#include "programs.h"
+#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/dataset/image_file.h"
+
+namespace {
+
+void write_image(const SmallScene& scene, const std::string& name,
+                 const sarnerf::Image<float>& image) {
+  const auto bytes = sarnerf::encode_tiff(image);
+  write_text(scene / name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+void refused(const SmallScene& scene, const std::string& piece) {
+  const Outcome outcome = scene.train({"data", "-o", "run", "--steps", "3"});
+  INFO(outcome.err);
+  CHECK(outcome.code == 3);
+  CHECK(outcome.is_error(piece));
+  CHECK_FALSE(std::filesystem::exists(scene / "run"));
+}
+
+}  // namespace
+
+TEST_CASE("bad datasets are refused in one line that names the place") {
+  const SmallScene scene(4);
+  SECTION("missing image") {
+    std::filesystem::remove(scene / "data/images/2.tif");
+    refused(scene, "images/2.tif");
+  }
+  SECTION("image of another size") {
+    write_image(scene, "data/images/1.tif", sarnerf::Image<float>(31, 32, 1.0f));
+    refused(scene, "images/1.tif");
+  }
+  SECTION("a pixel that is no number") {
+    sarnerf::Image<float> image(32, 32, 1.0f);
+    image(3, 4) = std::numeric_limits<float>::quiet_NaN();
+    write_image(scene, "data/images/3.tif", image);
+    refused(scene, "images/3.tif");
+  }
+  SECTION("truncated image") {
+    write_text(scene / "data/images/0.tif", read_text(scene / "data/images/0.tif").substr(0, 100));
+    refused(scene, "images/0.tif");
+  }
+  SECTION("both angles missing") {
+    scene.edit("data/dataset.json", "\"incidence_deg\":45.0,", "");
+    scene.edit("data/dataset.json", "\"depression_deg\":45.0,", "");
+    refused(scene, "views[0]");
+  }
+  SECTION("angles that contradict each other") {
+    scene.edit("data/dataset.json", "\"depression_deg\":45.0", "\"depression_deg\":44.0");
+    refused(scene, "views[0]");
+  }
+  SECTION("version from the future") {
+    scene.edit("data/dataset.json", "\"version\": 1", "\"version\": 2");
+    refused(scene, "version");
+  }
+  SECTION("no manifest") {
+    std::filesystem::remove(scene / "data/dataset.json");
+    refused(scene, "dataset.json");
+  }
+  SECTION("nothing but zeros") {
+    for (int n = 0; n < 4; ++n)
+      write_image(scene, "data/images/" + std::to_string(n) + ".tif",
+                  sarnerf::Image<float>(32, 32));
+    refused(scene, "nothing to learn");
+  }
+  SECTION("a test set of another place") {
+    scene.write_dataset("test", 5, 3.0);
+    scene.edit("test/dataset.json", "\"aim_m\": [\n    0.0", "\"aim_m\": [\n    7.0");
+    const Outcome outcome = scene.train({"data", "-o", "run", "--against", "test"});
+    CHECK(outcome.code == 2);
+    CHECK(outcome.is_error("aim point"));
+  }
+}
+
+TEST_CASE("odd datasets are learned from") {
+  const SmallScene scene(4);
+  SECTION("one view") {
+    scene.write_dataset("odd", 1, 10.0);
+    const Outcome outcome = scene.train({"odd", "-o", "run", "--steps", "5"});
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK(outcome.err.find("a single view") != std::string::npos);
+  }
+  SECTION("one blank view among others") {
+    write_image(scene, "data/images/2.tif", sarnerf::Image<float>(32, 32));
+    CHECK(scene.train({"data", "-o", "run", "--steps", "5", "-q"}).code == 0);
+  }
+  SECTION("one pixel a view") {
+    scene.write_dataset("odd", 3, 0.0, 1);
+    for (int n = 0; n < 3; ++n)
+      write_image(scene, "odd/images/" + std::to_string(n) + ".tif",
+                  sarnerf::Image<float>(1, 1, 1.0f));
+    const Outcome outcome = scene.train({"odd", "-o", "run", "--steps", "5", "-q"});
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+  }
+  SECTION("views of unequal sizes") {
+    scene.edit("data/dataset.json", "\"n_azimuth\":32", "\"n_azimuth\":20");
+    write_image(scene, "data/images/0.tif", sarnerf::Image<float>(20, 32, 0.1f));
+    CHECK(scene.train({"data", "-o", "run", "--steps", "5", "-q"}).code == 0);
+  }
+  SECTION("views twice, with a warning") {
+    scene.edit("data/dataset.json", "\"azimuth_deg\":90.0", "\"azimuth_deg\":360.0");
+    const Outcome outcome = scene.train({"data", "-o", "run", "--steps", "5"});
+    CHECK(outcome.code == 0);
+    CHECK(outcome.err.find("count twice") != std::string::npos);
+  }
+  SECTION("amplitudes, with a note") {
+    scene.edit("data/dataset.json", "\"quantity\": \"power\"", "\"quantity\": \"amplitude\"");
+    const Outcome outcome = scene.train({"data", "-o", "run", "--steps", "5"});
+    CHECK(outcome.code == 0);
+    CHECK(outcome.err.find("squared") != std::string::npos);
+  }
+}
+
+TEST_CASE("damaged runs are refused in one line") {
+  const SmallScene scene(4);
+  REQUIRE(scene.train({"data", "-o", "run", "--steps", "10", "-q"}).code == 0);
+  const auto checkpoint = scene / "run/checkpoints/latest.pt";
+  const std::string whole = read_text(checkpoint);
+  SECTION("truncated checkpoint") {
+    write_text(checkpoint, whole.substr(0, whole.size() / 2));
+    const Outcome outcome = scene.train({"--resume", "run", "--steps", "20"});
+    CHECK(outcome.code == 3);
+    CHECK(outcome.is_error("truncated"));
+  }
+  SECTION("a model in the checkpoint's place") {
+    std::filesystem::copy_file(scene / "run/model.pt", checkpoint,
+                               std::filesystem::copy_options::overwrite_existing);
+    const Outcome outcome = scene.train({"--resume", "run", "--steps", "20"});
+    CHECK(outcome.code == 3);
+    CHECK(outcome.is_error("not a checkpoint"));
+  }
+  SECTION("other images than before") {
+    write_image(scene, "data/images/0.tif", sarnerf::Image<float>(32, 32, 0.5f));
+    const Outcome outcome = scene.train({"--resume", "run", "--steps", "20"});
+    CHECK(outcome.code == 2);
+    CHECK(outcome.is_error("the dataset has changed"));
+  }
+  SECTION("another field") {
+    const Outcome outcome = scene.train({"--resume", "run", "--field", "mlp"});
+    CHECK(outcome.code != 0);
+    CHECK(outcome.is_error("field"));
+  }
+  SECTION("models") {
+    const std::string model = read_text(scene / "run/model.pt");
+    write_text(scene / "cut.pt", model.substr(0, model.size() - 1000));
+    CHECK(scene.render({"cut.pt"}).code == 3);
+    CHECK(scene.render({"cut.pt"}).is_error("truncated"));
+    CHECK(scene.render({"run/checkpoints/latest.pt"}).is_error("checkpoint of a training"));
+    CHECK(scene.render({"nowhere.pt"}).code == 3);
+    CHECK(scene.render({"data/images/0.tif"}).code == 3);
+    const auto replaced = [&](const std::string& piece, const std::string& instead) {
+      std::string text = model;
+      const auto place = text.find(piece);
+      REQUIRE(place != std::string::npos);
+      text.replace(place, piece.size(), instead);
+      write_text(scene / "other.pt", text);
+      return scene.render({"other.pt"});
+    };
+    // Of the same length, for the file's own bookkeeping.
+    CHECK(replaced("\"version\":1", "\"version\":9").is_error("version 9"));
+    CHECK(replaced("\"kind\":\"grid\"", "\"kind\":\"grit\"").is_error("grit"));
+  }
+}

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "programs.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <thread>
+
+#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/dataset/image_file.h"
+
+namespace {
+
+Outcome run_program(std::string program, std::vector<std::string> arguments,
+                    const std::filesystem::path& folder, const Signal& signal) {
+  const ScratchFolder streams;
+  const auto start = std::chrono::steady_clock::now();
+  const auto age_s = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::vector<char*> argv{program.data()};
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const int out = ::open((streams / "out").c_str(), O_WRONLY | O_CREAT, 0600);
+    const int err = ::open((streams / "err").c_str(), O_WRONLY | O_CREAT, 0600);
+    if (::chdir(folder.c_str()) != 0 || ::dup2(out, 1) < 0 || ::dup2(err, 2) < 0) ::_exit(127);
+    ::execv(program.c_str(), argv.data());
+    ::_exit(127);
+  }
+  int status = 0;
+  while (::waitpid(child, &status, WNOHANG) == 0) {
+    if (const int number = signal ? signal(age_s()) : 0) ::kill(child, number);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  Outcome outcome;
+  outcome.seconds = age_s();
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  outcome.out = read_text(streams / "out");
+  outcome.err = read_text(streams / "err");
+  return outcome;
+}
+
+/// Points with a brightness each, as bilinear spots in the pixels that project() gives.
+sarnerf::Image<float> image_of(const sarnerf::Acquisition& acquisition) {
+  sarnerf::Image<float> image(acquisition.n_azimuth, acquisition.n_range);
+  const sarnerf::RadarFrame frame = sarnerf::radar_frame(acquisition);
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 p{corner & 1 ? 1.5 : -1.5, corner & 2 ? 2.0 : 0.3, corner & 4 ? 1.0 : -1.0};
+    const sarnerf::RadarPoint seen = sarnerf::project(acquisition, frame, acquisition.aim_m + p);
+    const double row =
+        seen.along_track_m / acquisition.azimuth_spacing_m + 0.5 * (acquisition.n_azimuth - 1);
+    const double bin =
+        seen.range_offset_m / acquisition.range_spacing_m + 0.5 * (acquisition.n_range - 1);
+    const int i = static_cast<int>(std::floor(row)), j = static_cast<int>(std::floor(bin));
+    for (int n = 0; n < 4; ++n) {
+      const int a = i + (n & 1), b = j + (n >> 1);
+      if (a < 0 || b < 0 || a >= image.n_azimuth() || b >= image.n_range()) continue;
+      image(a, b) += static_cast<float>((1.0 - std::abs(row - a)) * (1.0 - std::abs(bin - b)) *
+                                        (1.0 + 0.1 * corner));
+    }
+  }
+  return image;
+}
+
+}  // namespace
+
+bool Outcome::is_error(const std::string& piece) const {
+  constexpr const char* kError = ": error: ";
+  const auto first = err.find(kError);
+  if (first == std::string::npos || err.find(kError, first + 1) != std::string::npos ||
+      err.back() != '\n')
+    return false;
+  return err.find('\n', first) == err.size() - 1 && err.find(piece, first) != std::string::npos;
+}
+
+SmallScene::SmallScene(int n_views) { write_dataset("data", n_views, 0.0); }
+
+void SmallScene::write_dataset(const std::string& name, int n_views, double first_azimuth_deg,
+                               int n_pixels) const {
+  sarnerf::Dataset dataset;
+  for (int n = 0; n < n_views; ++n) {
+    sarnerf::DatasetView view;
+    view.image = "images/" + std::to_string(n) + ".tif";
+    view.azimuth_deg = first_azimuth_deg + 360.0 * n / n_views;
+    view.incidence_deg = 45.0;
+    view.slant_range_m = 10000.0;
+    view.n_azimuth = view.n_range = n_pixels;
+    view.azimuth_spacing_m = view.range_spacing_m = 0.3;
+    dataset.views.push_back(view);
+    const auto path = *this / name / view.image;
+    std::filesystem::create_directories(path.parent_path());
+    sarnerf::AtomicFiles files(sarnerf::Durability::process);
+    files.add(path, sarnerf::encode_tiff(image_of(acquisition_of(view, dataset.aim_m))));
+    files.commit();
+  }
+  dataset.scene_box_m = sarnerf::scene_box_of_swath(dataset.aim_m, dataset.views);
+  write_text(*this / name / "dataset.json", manifest_text(dataset));
+}
+
+void SmallScene::edit(const std::string& file, const std::string& piece,
+                      const std::string& instead) const {
+  std::string text = read_text(*this / file);
+  const auto place = text.find(piece);
+  if (place == std::string::npos) throw std::runtime_error(file + " does not hold " + piece);
+  text.replace(place, piece.size(), instead);
+  write_text(*this / file, text);
+}
+
+Outcome SmallScene::train(const std::vector<std::string>& arguments, const Signal& signal) const {
+  return run_program(SAR_NERF_TRAIN, arguments, path(), signal);
+}
+
+Outcome SmallScene::render(const std::vector<std::string>& arguments, const Signal& signal) const {
+  return run_program(SAR_NERF_RENDER, arguments, path(), signal);
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "sarnerf/dataset/manifest.h"
+#include "scratch_folder.h"
+
+/// What a finished program left behind.
+struct Outcome {
+  int code = -1;  ///< exit code, or minus the signal that ended it
+  std::string out, err;
+  double seconds = 0.0;
+
+  /// Whether stderr's last line is an error of the program that holds the piece, and its only error.
+  bool is_error(const std::string& piece) const;
+};
+
+/// Asked every millisecond while a program runs, with its age; the signal it returns is sent (0: none).
+using Signal = std::function<int(double age_s)>;
+
+/// A folder with a small dataset: 32 × 32 pixels of eight points at the corners of a box, seen at 45° from all sides.
+class SmallScene : public ScratchFolder {
+ public:
+  explicit SmallScene(int n_views = 12);
+
+  Outcome train(const std::vector<std::string>& arguments, const Signal& signal = {}) const;
+  Outcome render(const std::vector<std::string>& arguments, const Signal& signal = {}) const;
+
+  /// Writes another dataset of the same points into a folder.
+  void write_dataset(const std::string& name, int n_views, double first_azimuth_deg,
+                     int n_pixels = 32) const;
+
+  /// Replaces a piece of a text file, which must be there.
+  void edit(const std::string& file, const std::string& piece, const std::string& instead) const;
+};

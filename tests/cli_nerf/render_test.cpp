@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "../nerf/torch_catch.h"
+#include "programs.h"
+#include "sarnerf/dataset/image_file.h"
+#include "sarnerf/nerf/model_file.h"
+
+using Json = nlohmann::json;
+
+namespace {
+
+/// A scene with a model of it in run/.
+struct LearnedScene : SmallScene {
+  LearnedScene() { REQUIRE(train({"data", "-o", "run", "--steps", "40", "-q"}).code == 0); }
+};
+
+}  // namespace
+
+TEST_CASE("views of a model come in files of sar_render's form") {
+  const LearnedScene scene;
+  const Outcome one = scene.render({"run", "--azimuth", "12.5", "-o", "view"});
+  INFO(one.err);
+  REQUIRE(one.code == 0);
+  CHECK(one.out == "view.tif\nview.png\nview.json\n");
+  const auto image = sarnerf::read_image(scene / "view.tif");
+
+  const sarnerf::Model model = sarnerf::read_model(scene / "run/model.pt");
+  sarnerf::DatasetView view = model.info.acquisition;
+  view.azimuth_deg = 12.5;
+  const auto expected = sarnerf::render_view(*model.field, acquisition_of(view, model.info.aim_m));
+  CHECK(std::equal(image.pixels().begin(), image.pixels().end(), expected.pixels().begin(),
+                   expected.pixels().end()));
+  CHECK(scene.render({"run", "--azimuth", "12.5", "-o", "view"}).err.find("already done") !=
+        std::string::npos);
+  CHECK(scene.render({"run", "--azimuth", "13", "-o", "view"}).is_error("azimuth_deg"));
+  CHECK(scene.render({"run", "--azimuth", "13", "-o", "view", "--overwrite"}).code == 0);
+  CHECK(scene.render({"run/model.pt", "--size", "20x40", "--spacing", "0.2,0.1", "-o", "small"})
+            .code == 0);
+  CHECK(sarnerf::read_image(scene / "small.tif").n_range() == 40);
+
+  SECTION("a sweep is a dataset, whatever interrupts it") {
+    const std::vector<std::string> sweep{"run",      "--pitch",    "40,45",    "--azimuth",
+                                         "0:350:10", "--quantity", "amplitude"};
+    auto whole = sweep, parts = sweep;
+    whole.insert(whole.end(), {"-o", "whole"});
+    parts.insert(parts.end(), {"-o", "parts/"});
+    const Outcome made = scene.render(whole);
+    INFO(made.err);
+    REQUIRE(made.code == 0);
+    const sarnerf::Dataset dataset = sarnerf::read_manifest(scene / "whole");
+    CHECK(dataset.views.size() == 72);
+    CHECK(dataset.quantity == sarnerf::Quantity::amplitude);
+    const int code =
+        scene
+            .render(parts,
+                    [&, sent = false](double) mutable {
+                      if (sent || !std::filesystem::exists(scene / "parts/images/view_020.tif"))
+                        return 0;
+                      sent = true;
+                      return SIGINT;
+                    })
+            .code;
+    CHECK(code == 130);
+    REQUIRE(scene.render(parts).code == 0);
+    for (const char* file :
+         {"dataset.json", "recipe.json", "SHA256SUMS", "images/view_071.tif", "png/view_003.png"})
+      CHECK(read_text(scene / "parts" / file) == read_text(scene / "whole" / file));
+    CHECK(scene.render(parts).err.find("already done") != std::string::npos);
+  }
+}
+
+TEST_CASE("a model is compared with the views that it has not seen") {
+  const LearnedScene scene;
+  scene.write_dataset("test", 24, 0.0);
+  const Outcome compared = scene.render({"run", "--against", "test", "-o", "scores"});
+  INFO(compared.err);
+  REQUIRE(compared.code == 0);
+  CHECK(compared.out.find("12 views of test") != std::string::npos);
+  CHECK(compared.out.find("| nearest view") != std::string::npos);
+  CHECK(compared.out.find("no LPIPS: no weights") != std::string::npos);
+  const Json scores = Json::parse(read_text(scene / "scores/evaluation.json"));
+  CHECK(scores.at("views").size() == 12);
+  CHECK(scores.at("model").at("views").size() == 12);
+  CHECK(scores.contains("margin_db"));
+
+  CHECK(scene.render({"run", "--against", "data"}).is_error("trained on all its views"));
+  CHECK(scene.render({"run", "--against", "test", "--azimuth", "3"}).is_error("--azimuth"));
+  CHECK(scene.render({"run", "--against", "test", "--training", "test"}).code == 3);
+
+  std::filesystem::rename(scene / "data", scene / "elsewhere");
+  const Outcome without = scene.render({"run", "--against", "test"});
+  CHECK(without.code == 0);
+  CHECK(without.err.find("no baselines") != std::string::npos);
+  CHECK(without.out.find("nearest view") == std::string::npos);
+  CHECK(scene.render({"run", "--against", "test", "--training", "elsewhere"})
+            .out.find("nearest view") != std::string::npos);
+}
+
+TEST_CASE("options of rendering are checked") {
+  const LearnedScene scene;
+  CHECK(scene.render({"run", "--pitch", "45", "--depression", "40"}).code == 2);
+  CHECK(scene.render({"run", "--pitch", "95"}).code == 2);
+  CHECK(scene.render({"run", "--altitude", "100", "--slant-range", "200"}).code == 2);
+  CHECK(scene.render({"run", "--slant-range", "1"}).code == 2);
+  CHECK(scene.render({"run", "--lpips", "weights"}).code == 2);
+  CHECK(scene.render({}).code == 2);
+  CHECK(scene.render({"--help"}).code == 0);
+}

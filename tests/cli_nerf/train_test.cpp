@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "../nerf/torch_catch.h"
+#include "programs.h"
+#include "sarnerf/nerf/model_file.h"
+
+using Json = nlohmann::json;
+
+TEST_CASE("a run folder holds a model, its history and its reports") {
+  const SmallScene scene;
+  scene.write_dataset("test", 24, 0.0);
+  const Outcome trained =
+      scene.train({"data/", "--steps", "60", "-o", "run/", "--against", "test", "--explain"});
+  INFO(trained.err);
+  REQUIRE(trained.code == 0);
+  CHECK(trained.out == "run\n");
+  CHECK(trained.err.find("12 views with the angles of a training view left out") !=
+        std::string::npos);
+  CHECK(trained.err.find("no weights given") != std::string::npos);
+
+  const sarnerf::Model model = sarnerf::read_model(scene / "run/model.pt");
+  CHECK(model.field->kind() == "grid");
+  CHECK(model.info.steps == 60);
+  CHECK(model.info.training_views.size() == 12);
+  CHECK(model.info.acquisition.n_range == 32);
+  CHECK(model.info.reference_bin_m == 0.3);
+  CHECK(model.info.dataset_sha256.size() == 64);
+
+  const Json report = Json::parse(read_text(scene / "run/report.json"));
+  CHECK(report.at("steps") == 60);
+  CHECK(report.at("evaluation").at("views").size() == 12);
+  CHECK(report.at("evaluation").at("model").at("views").size() == 12);
+  CHECK(report.at("evaluation").at("baselines").size() >= 3);
+  CHECK(report.at("seconds").at("start-up").get<double>() > 0.0);
+
+  std::istringstream lines(read_text(scene / "run/metrics.jsonl"));
+  double last_s = 0.0;
+  int n_psnr = 0;
+  Json line;
+  for (std::string text; std::getline(lines, text);) {
+    line = Json::parse(text);
+    CHECK(line.at("seconds").get<double>() > last_s);
+    last_s = line.at("seconds").get<double>();
+    n_psnr += line.contains("psnr_power_db") ? 1 : 0;
+  }
+  CHECK(line.at("step") == 60);
+  CHECK(n_psnr >= 1);
+  const auto n_pictures = std::distance(std::filesystem::directory_iterator(scene / "run/val"), {});
+  CHECK(n_pictures == 8);
+  const std::string page = read_text(scene / "run/report.html");
+  CHECK(page.find("<html") != std::string::npos);
+  CHECK(page.find("LPIPS") != std::string::npos);
+
+  const Outcome other =
+      scene.train({"data", "--steps", "60", "-o", "run", "--seed", "2", "--against", "test"});
+  CHECK(other.code == 2);
+  CHECK(other.is_error("seed: 1 there, 2 now"));
+  CHECK(scene.train({"data", "--steps", "20", "-o", "run", "-q", "--overwrite"}).code == 0);
+  CHECK(sarnerf::read_model(scene / "run/model.pt").info.steps == 20);
+  CHECK(std::filesystem::is_empty(scene / "run/val"));
+}
+
+TEST_CASE("training learns: held-out views come closer than they began") {
+  const SmallScene scene(24);
+  REQUIRE(scene.train({"data", "--steps", "300", "-o", "run", "--holdout", "4", "-q"}).code == 0);
+  std::istringstream lines(read_text(scene / "run/metrics.jsonl"));
+  std::vector<double> losses;
+  for (std::string text; std::getline(lines, text);)
+    losses.push_back(Json::parse(text).at("loss").get<double>());
+  REQUIRE(losses.size() >= 20);
+  CHECK(losses.back() < 0.5 * losses.front());
+  const Json report = Json::parse(read_text(scene / "run/report.json"));
+  CHECK(report.at("dataset").at("training_views") == 20);
+  CHECK(report.at("evaluation").at("views").size() == 4);
+  // A blank prediction of these sparse images would have less.
+  const double psnr_db =
+      report.at("evaluation").at("model").at("mean").at("psnr_power_db").get<double>();
+  CHECK(psnr_db > 20.0);
+}
+
+TEST_CASE("the time that --time gives is kept, the program's start included") {
+  const SmallScene scene;
+  const Outcome trained = scene.train({"data", "--time", "5s", "-o", "run", "-q"});
+  REQUIRE(trained.code == 0);
+  CHECK(trained.seconds > 0.85 * 5.0);
+  CHECK(trained.seconds < 1.15 * 5.0);
+}
+
+TEST_CASE("options of training are checked before anything is written") {
+  const SmallScene scene(4);
+  const auto refused = [&](const std::vector<std::string>& options, const std::string& piece) {
+    std::vector<std::string> all{"data", "-o", "run"};
+    all.insert(all.end(), options.begin(), options.end());
+    const Outcome outcome = scene.train(all);
+    INFO(outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(outcome.is_error(piece));
+    CHECK_FALSE(std::filesystem::exists(scene / "run"));
+  };
+  refused({"--steps", "10", "--time", "5s"}, "--steps and --time");
+  refused({"--steps", "0"}, "--steps");
+  refused({"--time", "soon"}, "a time such as 90s");
+  refused({"--holdout", "4"}, "none left to learn from");
+  refused({"--field", "gird"}, "--field");
+  refused({"--option", "rows_per_stop=3"}, "rows_per_step?");
+  refused({"--option", "rows_per_step=many"}, "a whole number");
+  refused({"--option", "rows_per_step"}, "NAME=VALUE");
+  refused({"--option", "seed=3"}, "--seed");
+  refused({"--option", "rows_per_step=0"}, "expected 1 to");
+  refused({"--option", "density_rate=-1"}, "at least 0");
+  refused({"--option", "voxel_size_m=1e-5"}, "use larger ones");
+  refused({"--max-memory", "1M"}, "--max-memory");
+  refused({"--stops", "3"}, "--steps?");
+  CHECK(scene.train({"--resume", "nowhere"}).code == 3);
+  CHECK(scene.train({"data", "-o", "data"}).is_error("is the dataset"));
+  CHECK(scene.train({"--help"}).code == 0);
+  CHECK(scene.train({"--version"}).out.starts_with("sar_nerf_train "));
+}
+
+TEST_CASE("a training that diverges ends with exit code 4 and keeps the last good state") {
+  const SmallScene scene(6);
+  const Outcome diverged = scene.train({"data", "-o", "run", "--steps", "2000", "-q", "--option",
+                                        "density_rate=1e30", "--option", "source_rate=1e30"});
+  INFO(diverged.err);
+  REQUIRE(diverged.code == 4);
+  CHECK(diverged.is_error("last good state is kept"));
+  CHECK_NOTHROW(sarnerf::read_model(scene / "run/model.pt"));
+  CHECK_NOTHROW(sarnerf::read_archive(scene / "run/checkpoints/latest.pt"));
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/archive.h"
+
+#include <filesystem>
+#include <string>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/nerf/learned_field.h"
+#include "scratch_folder.h"
+#include "small_grid.h"
+#include "small_set.h"
+#include "torch_catch.h"
+
+using namespace sarnerf;
+
+TEST_CASE("a field comes back from its file with every bit") {
+  const ScratchFolder folder;
+  const GridField field = small_grid(41);
+  write_archive(folder / "model.pt", field.state());
+  const Archive read = read_archive(folder / "model.pt");
+  CHECK(same_bits(read, field.state()));
+  const auto restored = restore_field(read, "model.pt");
+  const Image<float> a = render_view(field, small_acquisition(1.0));
+  const Image<float> b = render_view(*restored, small_acquisition(1.0));
+  CHECK(std::equal(a.pixels().begin(), a.pixels().end(), b.pixels().begin()));
+}
+
+TEST_CASE("damaged files are refused in one line") {
+  const ScratchFolder folder;
+  write_archive(folder / "model.pt", small_grid(42).state());
+  const std::string whole = read_text(folder / "model.pt");
+  for (const std::size_t length : {std::size_t{0}, std::size_t{1}, whole.size() / 3, whole.size() - 1}) {
+    write_text(folder / "cut.pt", whole.substr(0, length));
+    CHECK_THROWS_AS(read_archive(folder / "cut.pt"), CheckpointError);
+  }
+  write_text(folder / "text.pt", "not a model");
+  CHECK_THROWS_AS(read_archive(folder / "text.pt"), CheckpointError);
+  CHECK_THROWS_AS(read_archive(folder / "missing.pt"), CheckpointError);
+}
+
+TEST_CASE("fields that do not fit together are refused") {
+  const Archive good = small_grid(43).state();
+  const auto refused = [](const Archive& archive) { CHECK_THROWS_AS(restore_field(archive, "m"), CheckpointError); };
+  Archive bad = good;
+  bad.tensors.erase("voxels");
+  refused(bad);
+  bad = good;
+  bad.tensors["log_depth"] = bad.tensors["log_depth"].narrow(0, 0, 3);
+  refused(bad);
+  bad = good;
+  bad.tensors["log_depth"] = bad.tensors["log_depth"] * NAN;
+  refused(bad);
+  bad = good;
+  bad.tensors["voxels"] = bad.tensors["voxels"] + 1000000;
+  refused(bad);
+  bad = good;
+  bad.tensors["bricks"] = torch::zeros_like(bad.tensors["bricks"]);
+  refused(bad);
+  bad = good;
+  bad.json = R"({"field": {"kind": "hash-grid"}})";
+  refused(bad);
+  bad.json = "{";
+  refused(bad);
+}

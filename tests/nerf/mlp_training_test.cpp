@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Learning with the field `mlp`.
+#include <algorithm>
+
+#include "mlp_cases.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/metrics.h"
+#include "small_grid.h"
+#include "small_mlp.h"
+#include "torch_catch.h"
+
+using namespace sarnerf;
+
+namespace {
+
+constexpr int kSteps = 400;
+
+/// Loss of the last steps over that of the first.
+double learn(Trainer& trainer) {
+  double first = 0.0, last = 0.0;
+  for (int n = 0; n < kSteps; ++n) {
+    const double loss = trainer.step(double(n) / kSteps).loss;
+    if (n < 20) first += loss;
+    if (n >= kSteps - 20) last += loss;
+  }
+  return last / first;
+}
+
+}  // namespace
+
+TEST_CASE("a small network learns a ball of fog, and its bf16 kernels show the same") {
+  const TrainingSet set = small_set();
+  Trainer trainer(set, small_mlp_options(set));
+  const Acquisition held_out = small_acquisition(0.9);
+  const auto kernels_agree = [&] {
+    auto field = restore_mlp_field(trainer.field().state(), "memory");
+    field.use_kernel(MlpKernel::plain);
+    const Image<float> plain = render_view(field, held_out);
+    const float peak = *std::max_element(plain.pixels().begin(), plain.pixels().end());
+    REQUIRE(peak > 0.01f * set.peak);
+    for (const MlpKernel kernel : test::fused_kernels(field.network().shape)) {
+      CAPTURE(name(kernel));
+      field.use_kernel(kernel);
+      CHECK(psnr_db(render_view(field, held_out), plain, peak) > 45.0);
+    }
+  };
+  kernels_agree();
+  CHECK(learn(trainer) < 0.1);
+  kernels_agree();
+}
+
+TEST_CASE("training of the field mlp goes on from a checkpoint bit by bit") {
+  const TrainingSet set = small_set();
+  const TrainerOptions options = small_mlp_options(set);
+  const auto steps = [](Trainer& trainer, int first, int last) {
+    for (int n = first; n < last; ++n) trainer.step(double(n) / 20.0);
+  };
+  Trainer whole(set, options);
+  steps(whole, 0, 7);
+  const Archive saved = whole.checkpoint();
+  steps(whole, 7, 15);
+  Trainer resumed(set, options);
+  resumed.restore(saved, "memory");
+  CHECK(resumed.steps_done() == 7);
+  steps(resumed, 7, 15);
+  CHECK(torch::equal(whole.field().parameters()[0], resumed.field().parameters()[0]));
+  const Archive one = whole.checkpoint(), two = resumed.checkpoint();
+  CHECK(one.json == two.json);
+  for (const auto& [name, tensor] : one.tensors) {
+    CAPTURE(name);
+    CHECK(torch::equal(tensor, two.tensors.at(name)));
+  }
+  // Before the first step, too.
+  Trainer fresh(set, options), again(set, options);
+  again.restore(fresh.checkpoint(), "memory");
+  steps(fresh, 0, 2);
+  steps(again, 0, 2);
+  CHECK(torch::equal(fresh.field().parameters()[0], again.field().parameters()[0]));
+}
+
+TEST_CASE("an absurd learning rate of the network is noticed") {
+  const TrainingSet set = small_set();
+  TrainerOptions options = small_mlp_options(set);
+  options.mlp.rate = 100.0;
+  Trainer trainer(set, options);
+  const auto all = [&] {
+    for (int n = 0; n < 200; ++n) trainer.step(0.0);
+  };
+  CHECK_THROWS_AS(all(), NumericsError);
+}
+
+TEST_CASE("options list what concerns the field in use") {
+  const TrainingSet set = small_set();
+  TrainerOptions options = small_mlp_options(set);
+  options.mlp.rate = 0.00123;
+  options.mlp.shape.skip = 2;
+  const std::string json = options_json(options);
+  CHECK(json.find("harmonics_degree") == std::string::npos);
+  const TrainerOptions back = options_from_json(json);
+  CHECK(back.field == "mlp");
+  CHECK(back.mlp.shape == options.mlp.shape);
+  CHECK(back.mlp.rate == options.mlp.rate);
+  CHECK(options_json(back) == json);
+  CHECK_THROWS_AS(options_from_json(R"({"field":"mlp","harmonics_degree":2})"), UsageError);
+  CHECK_THROWS_AS(options_from_json(R"({"rate":0.001})"), UsageError);
+  options.mlp.initial_depth = 0.0;
+  CHECK_THROWS_AS(Trainer(set, options), UsageError);
+  options.mlp.initial_depth = 0.2;
+  options.mlp.integrator = "nearest";
+  CHECK_THROWS_AS(Trainer(set, options), UsageError);
+}

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/trainer.h"
+
+#include <cmath>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "small_set.h"
+#include "torch_catch.h"
+
+using namespace sarnerf;
+
+namespace {
+
+constexpr int kSteps = 60;
+
+double train(Trainer& trainer, int from, int to) {
+  double loss = 0.0;
+  for (int n = from; n < to; ++n) loss = trainer.step(double(n) / kSteps).loss;
+  return loss;
+}
+
+/// A set whose images have been changed by `change`.
+template <class Change>
+TrainingSet changed_set(int n_views, Change&& change) {
+  TrainingSet set = small_set(n_views);
+  for (PosedImage& image : set.images) change(image);
+  return set;
+}
+
+}  // namespace
+
+TEST_CASE("training brings the images closer") {
+  const TrainingSet set = small_set(8);
+  Trainer trainer(set, small_options(set));
+  const double first = trainer.step(0.0).loss;
+  const double last = train(trainer, 1, kSteps);
+  CHECK(trainer.steps_done() == kSteps);
+  CHECK(last < 0.05 * first);
+}
+
+TEST_CASE("the same seed gives the same bits, another one others") {
+  const TrainingSet set = small_set(6);
+  TrainerOptions options = small_options(set);
+  Trainer a(set, options), b(set, options);
+  train(a, 0, 20);
+  train(b, 0, 20);
+  CHECK(same_bits(a.checkpoint(), b.checkpoint()));
+  options.seed = 2;
+  Trainer c(set, options);
+  train(c, 0, 20);
+  CHECK_FALSE(torch::equal(a.checkpoint().tensors.at("log_depth"), c.checkpoint().tensors.at("log_depth")));
+}
+
+TEST_CASE("a resumed training equals an uninterrupted one bit for bit") {
+  const ThreadLimit one_thread(1);
+  const TrainingSet set = small_set(6);
+  const TrainerOptions options = small_options(set);
+  Trainer whole(set, options);
+  train(whole, 0, kSteps);
+  // Before the first step, before and after a refinement, and in between prunings.
+  for (const int cut : {0, 7, 14, 16, 41}) {
+    Trainer first(set, options);
+    train(first, 0, cut);
+    const Archive saved = first.checkpoint();
+    Trainer second(set, options);
+    second.restore(saved, "checkpoint");
+    REQUIRE(same_bits(second.checkpoint(), saved));
+    train(second, cut, kSteps);
+    CHECK(same_bits(second.checkpoint(), whole.checkpoint()));
+  }
+}
+
+TEST_CASE("a checkpoint of other options is refused") {
+  const TrainingSet set = small_set(3);
+  TrainerOptions options = small_options(set);
+  Trainer trainer(set, options);
+  train(trainer, 0, 2);
+  const Archive saved = trainer.checkpoint();
+  options.rows_per_step = 5;
+  Trainer other(set, options);
+  CHECK_THROWS_AS(other.restore(saved, "checkpoint"), CheckpointError);
+}
+
+TEST_CASE("sets at the edge are learned without harm") {
+  SECTION("one view") {
+    const TrainingSet set = small_set(1);
+    Trainer trainer(set, small_options(set));
+    CHECK(std::isfinite(train(trainer, 0, kSteps)));
+  }
+  SECTION("one pixel") {
+    TrainingSet set = small_set(1);
+    PosedImage& image = set.images.front();
+    image.acquisition.n_azimuth = image.acquisition.n_range = 1;
+    image.power = Image<float>(1, 1, set.peak);
+    Trainer trainer(set, small_options(set));
+    CHECK(std::isfinite(train(trainer, 0, kSteps)));
+  }
+  SECTION("a dynamic range of 1e8") {
+    const TrainingSet set = changed_set(4, [](PosedImage& image) {
+      int n = 0;
+      for (float& p : image.power.pixels()) p *= n++ % 2 == 0 ? 1.0f : 1e-8f;
+    });
+    Trainer trainer(set, small_options(set));
+    CHECK(std::isfinite(train(trainer, 0, kSteps)));
+  }
+  SECTION("views that contradict each other end between them") {
+    TrainingSet set = small_set(2);
+    set.images[1] = set.images[0];
+    for (float& p : set.images[1].power.pixels()) p *= 3.0f;
+    set.peak *= 3.0f;
+    Trainer trainer(set, small_options(set));
+    train(trainer, 0, kSteps);
+    const Image<float> learned = render_view(trainer.field(), set.images[0].acquisition);
+    double sum = 0.0, first = 0.0;
+    for (std::size_t n = 0; n < learned.pixels().size(); ++n) {
+      sum += double{learned.pixels()[n]};
+      first += double{set.images[0].power.pixels()[n]};
+    }
+    CHECK(sum > 1.5 * first);
+    CHECK(sum < 2.5 * first);
+  }
+  SECTION("unequal sizes of images") {
+    TrainingSet set = small_set(4);
+    PosedImage& image = set.images[1];
+    Acquisition& a = image.acquisition;
+    Image<float> cut(a.n_azimuth - 2, a.n_range - 4);
+    for (int i = 0; i < cut.n_azimuth(); ++i)
+      for (int j = 0; j < cut.n_range(); ++j) cut(i, j) = image.power(i + 1, j + 2);
+    image.power = cut;
+    a.n_azimuth -= 2;
+    a.n_range -= 4;
+    Trainer trainer(set, small_options(set));
+    const double first = trainer.step(0.0).loss;
+    CHECK(train(trainer, 1, kSteps) < 0.05 * first);
+  }
+  SECTION("opaque and nearly empty beginnings") {
+    const TrainingSet set = small_set(6);
+    for (const double depth : {30.0, 0.03}) {
+      TrainerOptions options = small_options(set);
+      options.grid.initial_depth = depth;
+      Trainer trainer(set, options);
+      const double first = trainer.step(0.0).loss;
+      CHECK(train(trainer, 1, kSteps) < 0.5 * first);
+    }
+  }
+}
+
+TEST_CASE("blank images are refused") {
+  std::vector<PosedImage> images{{"a", Acquisition{}, Image<float>(4, 4, 0.0f)}};
+  CHECK_THROWS_AS(training_set(images, Box{glm::dvec3(-1.0), glm::dvec3(1.0)}), InputError);
+  CHECK_THROWS_AS(training_set({}, Box{glm::dvec3(-1.0), glm::dvec3(1.0)}), InputError);
+}
+
+TEST_CASE("absurd learning rates are noticed or survived") {
+  const TrainingSet set = small_set(4);
+  TrainerOptions options = small_options(set);
+  options.grid.density_rate = options.grid.source_rate = 1e20;
+  Trainer trainer(set, options);
+  CHECK_THROWS_AS(train(trainer, 0, kSteps), NumericsError);
+}
