@@ -28,7 +28,7 @@ void cut(const RayGrid& rays, double along_track_m, int k, double near, double f
     const double length = (end - begin) / n_parts;
     for (double n = 0.0; n < n_parts; n += 1.0) {
       const double at = begin + n * length;
-      part.batch.bin.push_back(0);
+      part.batch.bin.push_back(bin < 0.0 ? kNoBin : static_cast<std::uint32_t>(bin));
       part.batch.length_m.push_back(static_cast<float>(length * spacing_m));
       part.field.near_bin.push_back(at);
       const double offset_m = (at + 0.5 * length - 0.5 * a.n_range) * spacing_m;
