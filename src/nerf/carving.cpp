@@ -11,14 +11,22 @@
 namespace sarnerf {
 namespace {
 
-/// Range offset from which on a row, or one of its neighbours, returns power.
-struct FirstReturns {
+/// Rounding of an image's zeros to some other smallest number, relative to the peak, does not keep space from being
+/// carved.
+constexpr double kZero = 1e-6;
+
+/// Views that must show bare ground where a place would be: one may be a coincidence.
+constexpr int kBareViews = 2;
+
+/// What a view says about space.
+struct Witness {
   Acquisition acquisition;
   RadarFrame frame;
-  std::vector<double> range_offset_m;  ///< [n_azimuth]
+  std::vector<double> first_offset_m;  ///< [n_azimuth] range offset from which on a row, or one next to it, returns power
+  Image<std::uint8_t> bare;            ///< pixels that show bare ground, with all around them; or of no size
 };
 
-FirstReturns first_returns(const PosedImage& image, double zero_level) {
+std::vector<double> first_returns(const PosedImage& image, double zero_level) {
   const Acquisition& a = image.acquisition;
   const int n_rows = a.n_azimuth;
   std::vector<double> own(static_cast<std::size_t>(n_rows));
@@ -31,37 +39,61 @@ FirstReturns first_returns(const PosedImage& image, double zero_level) {
                                        : j == a.n_range ? kInfinity
                                                         : a.bin_offset_m(j - 0.5);
   }
-  FirstReturns first{a, radar_frame(a), own};
+  std::vector<double> first = own;
   for (int i = 0; i < n_rows; ++i)
     for (int n = std::max(0, i - 1); n <= std::min(n_rows - 1, i + 1); ++n)
-      first.range_offset_m[static_cast<std::size_t>(i)] =
-          std::min(first.range_offset_m[static_cast<std::size_t>(i)], own[static_cast<std::size_t>(n)]);
+      first[static_cast<std::size_t>(i)] = std::min(first[static_cast<std::size_t>(i)], own[static_cast<std::size_t>(n)]);
   return first;
 }
 
-enum class Evidence { none, maybe, empty };
+/// Pixels that are marked with all their neighbours, the border's left out.
+Image<std::uint8_t> eroded(const Image<std::uint8_t>& marked) {
+  Image<std::uint8_t> inner(marked.n_azimuth(), marked.n_range());
+  for (int i = 1; i + 1 < marked.n_azimuth(); ++i) {
+    for (int j = 1; j + 1 < marked.n_range(); ++j) {
+      bool all = true;
+      for (int n = 0; n < 9; ++n) all &= marked(i + n / 3 - 1, j + n % 3 - 1) != 0;
+      inner(i, j) = all ? 1 : 0;
+    }
+  }
+  return inner;
+}
+
+std::vector<Witness> witnesses(const TrainingSet& set) {
+  std::vector<Witness> views;
+  for (std::size_t v = 0; v < set.images.size(); ++v) {
+    const PosedImage& image = set.images[v];
+    views.push_back({image.acquisition, radar_frame(image.acquisition), first_returns(image, kZero * double{set.peak}),
+                     set.ground ? eroded(set.ground->bare[v]) : Image<std::uint8_t>()});
+  }
+  return views;
+}
+
+enum class Evidence { none, maybe, bare, empty };
 
 /// What one view says about a place: nothing where it lies outside of the swath.
-Evidence evidence(const FirstReturns& view, const glm::dvec3& point_m, double margin_m) {
+Evidence evidence(const Witness& view, const glm::dvec3& point_m, double margin_m) {
   const RadarPoint p = project(view.acquisition, view.frame, point_m);
   const Acquisition& a = view.acquisition;
   const auto i = static_cast<int>(std::lround(p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1)));
   if (i < 0 || i >= a.n_azimuth) return Evidence::none;
   if (p.range_offset_m < a.bin_offset_m(-0.5) || p.range_offset_m > a.bin_offset_m(a.n_range - 0.5))
     return Evidence::none;
-  return p.range_offset_m + margin_m < view.range_offset_m[static_cast<std::size_t>(i)] ? Evidence::empty
-                                                                                        : Evidence::maybe;
+  if (p.range_offset_m + margin_m < view.first_offset_m[static_cast<std::size_t>(i)]) return Evidence::empty;
+  if (view.bare.n_range() == 0) return Evidence::maybe;
+  const double j = std::round(p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1));
+  return view.bare(i, std::clamp(static_cast<int>(j), 0, a.n_range - 1)) != 0 ? Evidence::bare : Evidence::maybe;
 }
 
-/// Whether some view sees the place and none sees it empty.
-bool may_hold_matter(std::span<const FirstReturns> views, const glm::dvec3& point_m, double margin_m) {
-  bool seen = false;
-  for (const FirstReturns& view : views) {
+/// Whether views see the place, `least_views` of them, and none, or no two by their bare ground, see it empty.
+bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, double margin_m, int least_views) {
+  int n_bare = 0, n_maybe = 0;
+  for (const Witness& view : views) {
     const Evidence e = evidence(view, point_m, margin_m);
-    if (e == Evidence::empty) return false;
-    seen |= e == Evidence::maybe;
+    if (e == Evidence::empty || (e == Evidence::bare && ++n_bare == kBareViews)) return false;
+    n_maybe += e == Evidence::maybe ? 1 : 0;
   }
-  return seen;
+  return n_maybe >= least_views;
 }
 
 }  // namespace
@@ -77,13 +109,19 @@ GridTransform grid_transform(const TrainingSet& set, double voxel_size_m) {
   return transform;
 }
 
-CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, double zero_level) {
-  std::vector<FirstReturns> views;
-  for (const PosedImage& image : set.images) views.push_back(first_returns(image, zero_level));
+CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform) {
+  const std::vector<Witness> views = witnesses(set);
   const double margin_m = transform.voxel_size_m;
   const glm::ivec3 last = glm::ivec3(glm::ceil(transform.index_from_world(set.box_m.max)));
   const glm::ivec3 first = glm::ivec3(glm::floor(transform.index_from_world(set.box_m.min))) - glm::ivec3(0, 1, 0);
   const glm::ivec3 first_brick = brick_of_voxel(first), n = brick_of_voxel(last) - first_brick + 1;
+  // Bare ground tells nothing of places that hardly any view sees, above the borders of the swaths.
+  const int least_views = set.ground ? kBareViews + 1 : 1;
+  const auto may_be_active = [&](const glm::dvec3& point_m) {
+    if (!set.ground || point_m.y > set.ground->height_m) return may_hold_matter(views, point_m, margin_m, least_views);
+    return point_m.y > set.ground->height_m - transform.voxel_size_m &&
+           set.ground->texture_at(point_m.x, point_m.z) > 0.0;
+  };
   const auto n_bricks = static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);
   std::vector<std::vector<std::uint8_t>> kept(n_bricks);
   const auto brick_at = [&](std::size_t b) {
@@ -99,7 +137,7 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, doubl
         const glm::ivec3 voxel = origin + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
         if (glm::any(glm::lessThan(voxel, first)) || glm::any(glm::greaterThan(voxel, last))) continue;
         const glm::dvec3 point_m = transform.world_from_index(glm::dvec3(voxel));
-        const bool keep = may_hold_matter(views, point_m, margin_m);
+        const bool keep = may_be_active(point_m);
         active[static_cast<std::size_t>(v)] = keep ? 1 : 0;
         any |= keep;
       }

@@ -98,9 +98,7 @@ int suitable_frequencies(const Box& scene_box_m, double bin_m) {
 MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed) {
   check(options);
   const GridTransform transform = grid_transform(set, options.voxel_size_m);
-  // Rounding of an image's zeros to some other smallest number does not keep space from being carved.
-  constexpr double kZero = 1e-6;
-  CarvedVoxels carved = carve(set, transform, kZero * double{set.peak});
+  CarvedVoxels carved = carve(set, transform);
   MlpMeaning meaning{std::numeric_limits<double>::infinity(), double{set.bright},
                      integrator_from_name(options.integrator)};
   for (const PosedImage& image : set.images)

@@ -83,12 +83,11 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field)
     options.grid.initial_depth = 0.2;
     options.final_distortion = 0.05;
   }
-  if (has_background(set)) {
+  if (has_background(set.images) && !set.ground) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
     options.grid.initial_depth = 0.01;
     options.grid.n_levels = 3;
     options.rows_per_step = 70;
-    options.grid.ground_depth = 3.0;
     options.grid.prune_from = 0.2;
   }
   options.mlp.voxel_size_m = bin_m;

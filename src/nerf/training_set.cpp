@@ -37,17 +37,9 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m)
     throw InputError("all pixels of the images to learn from are 0: there is nothing to learn; were they rendered "
                      "with another aim point than the dataset says?");
   set.bright = mean_of_brightest(images);
+  set.ground = find_bare_ground(images, set.box_m);
   set.images = std::move(images);
   return set;
-}
-
-bool has_background(const TrainingSet& set) {
-  std::size_t n_positive = 0, n = 0;
-  for (const PosedImage& image : set.images) {
-    n += image.power.pixels().size();
-    for (const float p : image.power.pixels()) n_positive += p > 0.0f;
-  }
-  return 2 * n_positive > n;
 }
 
 }  // namespace sarnerf

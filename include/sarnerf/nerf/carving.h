@@ -16,13 +16,15 @@ struct CarvedVoxels {
 };
 
 /// The voxels of the set's box without those that are certainly empty: nothing stands in front of what a row
-/// returns first, so a place nearer than the first pixel above `zero_level` of its own row and of its neighbours, by
+/// returns first, so a place nearer than the first pixel above 0 (a millionth of the peak) of its own row and of its neighbours, by
 /// a voxel or more, is empty. One view that says so suffices. A place outside of all swaths
 /// is given up, too.
 ///
-/// Images with a background that returns power carve nothing but what lies in front of the swath. Cost: views ×
-/// voxels, a few ns each.
-CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, double zero_level);
+/// Images with a background that returns power carve nothing so but what lies in front of the swath. Where the set
+/// knows a level ground, a place above it is empty when two views show bare ground in its pixel and all those around, or fewer than three views something else;
+/// of what lies below, one layer stays where some view sees it. Cost: views × voxels, a few ns
+/// each.
+CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform);
 
 /// The grid whose voxels' centres fill the set's box, centred in it.
 GridTransform grid_transform(const TrainingSet& set, double voxel_size_m);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
+#include <optional>
 #include <vector>
 
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/geometry/box.h"
+#include "sarnerf/nerf/bare_ground.h"
 
 namespace sarnerf {
 
@@ -15,13 +16,11 @@ struct TrainingSet {
   Box box_m;                       ///< where matter may be, relative to the aim point
   float peak = 0.0f;               ///< largest pixel: what PSNR refers to
   float bright = 0.0f;             ///< mean of the brightest hundredth of the pixels above 0: scale of the brightness
+  std::optional<BareGround> ground;  ///< a level ground, where the images show one
 };
 
 /// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest. Throws InputError for
 /// images without any power.
 TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m);
-
-/// Whether most of the pixels return power: the images show a ground, or clutter, and zeros tell nothing of space.
-bool has_background(const TrainingSet& set);
 
 }  // namespace sarnerf
