@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "sarnerf/core/bilinear.h"
@@ -119,6 +118,24 @@ void estimate_gains(Views images, BareGround& ground) {
   });
 }
 
+/// The choice of the cells that are seen among each one and its neighbours: where the texture changes from one cell to the next, what
+/// a pixel shows depends on where its borders lie.
+template <class Choose>
+Image<float> around(const Image<float>& texture, Choose&& choose) {
+  Image<float> image = texture;
+  for (int x = 0; x < texture.n_azimuth(); ++x) {
+    for (int z = 0; z < texture.n_range(); ++z) {
+      for (int n = 0; n < 9; ++n) {
+        const int nx = x + n / 3 - 1, nz = z + n % 3 - 1;
+        if (nx < 0 || nx >= texture.n_azimuth() || nz < 0 || nz >= texture.n_range()) continue;
+        if (!(texture(nx, nz) > 0.0f)) continue;
+        image(x, z) = image(x, z) > 0.0f ? choose(image(x, z), texture(nx, nz)) : texture(nx, nz);
+      }
+    }
+  }
+  return image;
+}
+
 double deviation(Views images, std::span<const std::size_t> views, const BareGround& ground) {
   std::vector<double> deviations;
   for (const std::size_t v : views) {
@@ -158,21 +175,8 @@ std::optional<BareGround> find_bare_ground(Views images, const Box& box_m) {
   ground.deviation = deviation(images, views, ground);
   if (!(ground.deviation < kMostDeviation)) return {};
   const double tolerance = std::max(kLeastTolerance, kAgreeing * ground.deviation);
-  // Where the texture changes from one cell to the next, what a pixel shows depends on where its borders lie.
-  const auto around = [&](float none, auto&& choose) {
-    const int n_x = ground.texture.n_azimuth(), n_z = ground.texture.n_range();
-    Image<float> image(n_x, n_z);
-    for (int x = 1; x + 1 < n_x; ++x) {
-      for (int z = 1; z + 1 < n_z; ++z) {
-        float chosen = none;
-        for (int n = 0; n < 9; ++n) chosen = choose(chosen, ground.texture(x + n / 3 - 1, z + n % 3 - 1));
-        image(x, z) = chosen;
-      }
-    }
-    return image;
-  };
-  const Image<float> least = around(std::numeric_limits<float>::max(), [](float a, float b) { return std::min(a, b); });
-  const Image<float> most = around(0.0f, [](float a, float b) { return std::max(a, b); });
+  const Image<float> least = around(ground.texture, [](float a, float b) { return std::min(a, b); });
+  const Image<float> most = around(ground.texture, [](float a, float b) { return std::max(a, b); });
   parallel_for(images.size(), 1, [&](std::size_t v, std::size_t, int) {
     const PosedImage& image = images[v];
     for_each_pixel(image.acquisition, ground, [&](int i, int j, double x, double z) {

@@ -46,14 +46,14 @@ std::vector<double> first_returns(const PosedImage& image, double zero_level) {
   return first;
 }
 
-/// Pixels that are marked with all their neighbours, the border's left out.
+/// Pixels that are marked with all their neighbours.
 Image<std::uint8_t> eroded(const Image<std::uint8_t>& marked) {
-  Image<std::uint8_t> inner(marked.n_azimuth(), marked.n_range());
-  for (int i = 1; i + 1 < marked.n_azimuth(); ++i) {
-    for (int j = 1; j + 1 < marked.n_range(); ++j) {
-      bool all = true;
-      for (int n = 0; n < 9; ++n) all &= marked(i + n / 3 - 1, j + n % 3 - 1) != 0;
-      inner(i, j) = all ? 1 : 0;
+  Image<std::uint8_t> inner = marked;
+  for (int i = 0; i < marked.n_azimuth(); ++i) {
+    for (int j = 0; j < marked.n_range(); ++j) {
+      if (marked(i, j) != 0) continue;
+      for (int ni = std::max(0, i - 1); ni <= std::min(marked.n_azimuth() - 1, i + 1); ++ni)
+        for (int nj = std::max(0, j - 1); nj <= std::min(marked.n_range() - 1, j + 1); ++nj) inner(ni, nj) = 0;
     }
   }
   return inner;

@@ -30,6 +30,7 @@ void GridField::set_voxels(BrickTopology topology, std::span<const std::uint8_t>
     occupied[v] = 1.0f;
   }
   occupancy_ = std::make_unique<Occupancy>(BrickView<const float>{&topology_, transform_, 1, occupied}, 1);
+  idle_memory_ = std::make_shared<std::vector<Memory>>();
   const auto take = [](torch::Tensor& parameter, const torch::Tensor& value) {
     if (parameter.defined()) {
       parameter.set_data(value.detach().contiguous());
@@ -43,9 +44,15 @@ void GridField::set_voxels(BrickTopology topology, std::span<const std::uint8_t>
 }
 
 std::vector<float> GridField::values() const {
+  std::vector<float> out;
+  values(out);
+  return out;
+}
+
+void GridField::values(std::vector<float>& values) const {
   const auto n_source = static_cast<std::size_t>(channels_.n_source());
   const std::size_t n_channels = n_source + 1;
-  std::vector<float> values(n_voxels() * n_channels, 0.0f);
+  if (values.size() != n_voxels() * n_channels) values.assign(n_voxels() * n_channels, 0.0f);
   const float* a = log_depth.data_ptr<float>();
   const float* b = coefficients.data_ptr<float>();
   const auto density = static_cast<float>(0.5 / transform_.voxel_size_m);
@@ -57,19 +64,19 @@ std::vector<float> GridField::values() const {
       for (std::size_t m = 0; m < n_source; ++m) out[1 + m] = scale * b[n * n_source + m];
     }
   });
-  return values;
 }
 
-void GridField::gather_gradients(std::span<const float> values, std::span<const float> d_values,
-                                 float* d_log_depth, float* d_coefficients) const {
+void GridField::parameter_gradients(std::span<const float> d_active, float* d_log_depth,
+                                    float* d_coefficients) const {
   const auto n_source = static_cast<std::size_t>(channels_.n_source());
+  const float* a = log_depth.data_ptr<float>();
+  const auto density = static_cast<float>(0.5 / transform_.voxel_size_m);
   const auto scale = static_cast<float>(source_scale_);
   parallel_for(active_.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
-      const std::size_t c = active_[n] * (n_source + 1);
-      d_log_depth[n] = d_values[c] * values[c];  // dκ/da = κ
-      for (std::size_t m = 0; m < n_source; ++m)
-        d_coefficients[n * n_source + m] = scale * d_values[c + 1 + m];
+      const float* const in = &d_active[n * (n_source + 1)];
+      d_log_depth[n] = in[0] * density * std::exp(a[n]);  // dκ/da = κ
+      for (std::size_t m = 0; m < n_source; ++m) d_coefficients[n * n_source + m] = scale * in[1 + m];
     }
   });
 }

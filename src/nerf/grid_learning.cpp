@@ -83,7 +83,10 @@ std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSe
   const std::vector<float> values = field.values();
   RowRenderer renderer(field.view(values), field.channels(), field.occupancy(), sampling);
   // Derivatives of the sum of all pixels by the isotropic coefficients are what voxels return of their brightness.
-  std::vector<float> exposure(values.size(), 0.0f), pixels, ones;
+  const auto n_channels = static_cast<std::size_t>(field.channels().count());
+  const auto isotropic = static_cast<std::size_t>(field.channels().first_source());
+  std::vector<float> exposure(field.n_active() * n_channels), pixels, ones;
+  std::vector<double> returned(field.n_active(), 0.0);
   constexpr std::size_t kRows = 256;
   for (std::size_t first = 0; first < rows.size(); first += kRows) {
     std::vector<RowRequest> some;
@@ -95,18 +98,14 @@ std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSe
     pixels.resize(n_pixels);
     ones.assign(n_pixels, 1.0f);
     renderer.forward(some, pixels);
-    renderer.backward(ones, exposure);
+    renderer.backward(ones, field.active_voxels(), exposure);
+    for (std::size_t n = 0; n < returned.size(); ++n) returned[n] += double{exposure[n * n_channels + isotropic]};
   }
-  const auto n_channels = static_cast<std::size_t>(field.channels().count());
-  const auto isotropic = static_cast<std::size_t>(field.channels().first_source());
   const float* a = field.log_depth.data_ptr<float>();
   const auto least = static_cast<float>(std::log(options.prune_depth));
   const double least_returned = options.prune_exposure * static_cast<double>(set.images.size());
   std::vector<std::uint8_t> keep(field.n_active());
-  for (std::size_t n = 0; n < keep.size(); ++n) {
-    const double returned = double{exposure[field.active_voxels()[n] * n_channels + isotropic]};
-    keep[n] = a[n] >= least && returned > least_returned ? 1 : 0;
-  }
+  for (std::size_t n = 0; n < keep.size(); ++n) keep[n] = a[n] >= least && returned[n] > least_returned ? 1 : 0;
   return keep;
 }
 

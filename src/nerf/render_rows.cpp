@@ -1,16 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <torch/csrc/autograd/custom_function.h>
 
+#include <optional>
+
 #include "sarnerf/nerf/grid_field.h"
 
 namespace sarnerf {
 namespace {
 
-/// What the backward pass needs of the forward one.
+/// What the backward pass needs of the forward one. Its memory comes from the field's last pass and goes back to it.
 struct Pass : torch::CustomClassHolder {
-  const GridField* field = nullptr;
-  std::vector<float> values;
-  std::unique_ptr<RowRenderer> renderer;
+  Pass(const GridField& grid, const RaySampling& sampling) : field(&grid), idle(grid.idle_memory()) {
+    if (!idle->empty()) {
+      memory = std::move(idle->back());
+      idle->pop_back();
+    }
+    grid.values(memory.values);
+    renderer.emplace(grid.view(memory.values), grid.channels(), grid.occupancy(), sampling, memory.rows);
+    memory.rows = renderer->memory();
+  }
+  ~Pass() override { idle->push_back(std::move(memory)); }
+  Pass(const Pass&) = delete;
+  Pass& operator=(const Pass&) = delete;
+
+  const GridField* field;
+  std::shared_ptr<std::vector<GridField::Memory>> idle;
+  GridField::Memory memory;
+  std::optional<RowRenderer> renderer;
 };
 
 std::int64_t n_pixels(std::span<const RowRequest> rows) {
@@ -40,12 +56,13 @@ struct RenderRows : torch::autograd::Function<RenderRows> {
     const auto pass = c10::static_intrusive_pointer_cast<Pass>(context->saved_data["pass"].toCapsule());
     const auto saved = context->get_saved_variables();
     const torch::Tensor d_pixels = gradients[0].contiguous();
-    std::vector<float> d_values(pass->values.size(), 0.0f);
-    pass->renderer->backward(numbers(d_pixels), d_values);
+    const GridField& field = *pass->field;
+    std::vector<float>& d_active = pass->memory.d_active;
+    d_active.resize(field.n_active() * static_cast<std::size_t>(field.channels().count()));
+    pass->renderer->backward(numbers(d_pixels), field.active_voxels(), d_active);
 
     torch::Tensor d_depth = torch::empty_like(saved[0]), d_coefficients = torch::empty_like(saved[1]);
-    pass->field->gather_gradients(pass->values, d_values, d_depth.data_ptr<float>(),
-                                  d_coefficients.data_ptr<float>());
+    field.parameter_gradients(d_active, d_depth.data_ptr<float>(), d_coefficients.data_ptr<float>());
     return {d_depth, d_coefficients, {}, {}};
   }
 };
@@ -53,17 +70,13 @@ struct RenderRows : torch::autograd::Function<RenderRows> {
 }  // namespace
 
 torch::Tensor GridField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const {
-  auto pass = c10::make_intrusive<Pass>();
-  pass->field = this;
-  pass->values = values();
-  pass->renderer = std::make_unique<RowRenderer>(view(pass->values), channels(), occupancy(), sampling);
+  const auto pass = c10::make_intrusive<Pass>(*this, sampling);
   return RenderRows::apply(log_depth, coefficients, pass, rows);
 }
 
 void GridField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,
                             std::span<float> pixels) const {
-  const std::vector<float> now = values();
-  RowRenderer(view(now), channels(), occupancy(), sampling).forward(rows, pixels);
+  Pass(*this, sampling).renderer->forward(rows, pixels);
 }
 
 }  // namespace sarnerf

@@ -9,6 +9,8 @@
 namespace sarnerf {
 namespace {
 
+constexpr int kStandingTurns = 4;
+
 /// In [0, 1), the same on every platform.
 double unit_random(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
@@ -20,12 +22,17 @@ void shuffle(std::vector<RowReference>& rows, std::mt19937_64& random) {
 
 }  // namespace
 
-RowQueue::RowQueue(const TrainingSet& set, const Box& box_m, std::uint64_t seed) : random_(seed) {
-  keep_rows_that_see(set, box_m);
+RowQueue::RowQueue(const TrainingSet& set, const LearnedField& field, std::uint64_t seed) : random_(seed) {
+  keep_rows_that_see(set, field);
 }
 
-void RowQueue::keep_rows_that_see(const TrainingSet& set, const Box& box_m) {
-  rows_ = rows_that_see(set, box_m);
+void RowQueue::keep_rows_that_see(const TrainingSet& set, const LearnedField& field) {
+  rows_ = rows_that_see(set, field.occupied_box_m());
+  if (set.ground) {
+    const std::vector<RowReference> standing = rows_that_see(set, field.standing_box_m(set.ground->height_m));
+    if (standing.size() < rows_.size())
+      for (int turn = 1; turn < kStandingTurns; ++turn) rows_.insert(rows_.end(), standing.begin(), standing.end());
+  }
   next_ = rows_.size();
 }
 

@@ -6,10 +6,12 @@
 
 #include "grid_learning.h"
 #include "sarnerf/nerf/archive.h"
+#include "sarnerf/nerf/learned_field.h"
 
 namespace sarnerf {
 
-/// Azimuth rows of all views in random order: each comes once before any comes again.
+/// Azimuth rows of all views in random order: each comes once before any comes again. Rows that see what stands on a
+/// level ground come four times as often as those of the bare ground, which has less to teach.
 class RowQueue {
  public:
   struct Draw {
@@ -18,10 +20,10 @@ class RowQueue {
   };
 
   RowQueue() = default;
-  RowQueue(const TrainingSet& set, const Box& box_m, std::uint64_t seed);
+  RowQueue(const TrainingSet& set, const LearnedField& field, std::uint64_t seed);
 
-  /// Begins anew with the rows that see the box.
-  void keep_rows_that_see(const TrainingSet& set, const Box& box_m);
+  /// Begins anew with the rows that see the field's matter.
+  void keep_rows_that_see(const TrainingSet& set, const LearnedField& field);
 
   bool empty() const { return rows_.empty(); }
   Draw next();

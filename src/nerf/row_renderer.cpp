@@ -2,6 +2,7 @@
 #include "sarnerf/nerf/row_renderer.h"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 
 #include "ray_distortion.h"
@@ -13,13 +14,19 @@
 
 namespace sarnerf {
 
+struct RowMemory {
+  std::vector<std::unique_ptr<RowPart>> parts;
+};
+
 RowRenderer::RowRenderer(const BrickView<const float>& values, const FieldChannels& channels,
-                         const Occupancy& occupancy, const RaySampling& sampling)
+                         const Occupancy& occupancy, const RaySampling& sampling,
+                         std::shared_ptr<RowMemory> memory)
     : values_(values),
       channels_(channels),
       occupancy_(&occupancy),
       sampling_(sampling),
-      box_m_(occupied_box(occupancy, values.transform)) {}
+      box_m_(occupied_box(occupancy, values.transform)),
+      memory_(memory ? std::move(memory) : std::make_shared<RowMemory>()) {}
 
 RowRenderer::~RowRenderer() = default;
 RowRenderer::RowRenderer(RowRenderer&&) noexcept = default;
@@ -51,20 +58,20 @@ void RowRenderer::forward(std::span<const RowRequest> rows, std::span<float> pix
                      std::to_string(pixels.size()));
   const std::size_t n_parts =
       std::max<std::size_t>(1, std::min(rows.size(), static_cast<std::size_t>(thread_count())));
-  parts_.resize(n_parts);
-  for (auto& part : parts_)
+  auto& parts = memory_->parts;
+  parts.resize(n_parts);
+  for (auto& part : parts)
     if (!part) part = std::make_unique<RowPart>();
   parallel_for(n_parts, 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t p = begin; p < end; ++p) {
       const std::size_t first = rows.size() * p / n_parts, last = rows.size() * (p + 1) / n_parts;
       const auto mine = rows.subspan(first, last - first);
-      forward_part(mine, pixels.subspan(n_pixels(rows.first(first)), n_pixels(mine)), *parts_[p]);
+      forward_part(mine, pixels.subspan(n_pixels(rows.first(first)), n_pixels(mine)), *parts[p]);
     }
   });
 }
 
-void RowRenderer::backward_part(std::span<const float> pixel_gradients, std::span<float> value_gradients,
-                                RowPart& part) const {
+void RowRenderer::backward_part(std::span<const float> pixel_gradients, RowPart& part) const {
   const std::size_t n_segments = part.batch.n_segments();
   part.d_extinction.assign(n_segments, 0.0f);
   part.d_source.assign(n_segments, 0.0f);
@@ -80,16 +87,19 @@ void RowRenderer::backward_part(std::span<const float> pixel_gradients, std::spa
       return sampling_.distortion * sampling_.ray_spacing_m / (row.acquisition.range_spacing_m * sampling_.sub_rows);
     });
   }
-  sample_field_adjoint({values_.topology, values_.transform, values_.n_channels, value_gradients}, channels_,
+  sample_field_adjoint({values_.topology, values_.transform, values_.n_channels, part.d_values}, channels_,
                        part.batch.point_m, {part.batch.ray_begin, part.batch.ray_direction}, part.field.source,
                        {part.d_extinction, {}, part.d_source});
 }
 
-void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<float> value_gradients) {
-  if (value_gradients.size() != values_.values.size())
-    throw UsageError("gradients must be as many as the field's values");
+void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<const std::uint32_t> active,
+                           std::span<float> value_gradients) {
+  const auto n_channels = static_cast<std::size_t>(values_.n_channels);
+  if (value_gradients.size() != active.size() * n_channels)
+    throw UsageError("gradients must be as many as the values of the active voxels");
+  const auto& parts = memory_->parts;
   std::vector<std::size_t> first_pixel{0};
-  for (const auto& part : parts_) {
+  for (const auto& part : parts) {
     std::size_t n = 0;
     for (const RowPart::Row& row : part->rows) n += static_cast<std::size_t>(row.acquisition.n_range);
     first_pixel.push_back(first_pixel.back() + n);
@@ -97,43 +107,56 @@ void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<flo
   if (pixel_gradients.size() != first_pixel.back())
     throw UsageError("gradients must be as many as the pixels of the last forward pass");
 
-  parallel_for(parts_.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t p = begin; p < end; ++p) {
-      RowPart& part = *parts_[p];
-      if (p > 0) part.d_values.assign(value_gradients.size(), 0.0f);
-      backward_part(pixel_gradients.subspan(first_pixel[p]), p > 0 ? std::span<float>(part.d_values) : value_gradients,
-                    part);
+      RowPart& part = *parts[p];
+      if (part.d_values.size() != values_.values.size()) part.d_values.assign(values_.values.size(), 0.0f);
+      backward_part(pixel_gradients.subspan(first_pixel[p]), part);
     }
   });
-  constexpr std::size_t kGrain = 1 << 15;
-  for (std::size_t p = 1; p < parts_.size(); ++p) {
-    const std::vector<float>& other = parts_[p]->d_values;
-    parallel_for(value_gradients.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t n = begin; n < end; ++n) value_gradients[n] += other[n];
-    });
-  }
+  // Taken and cleared are the active voxels alone: what gathers in the others is never read.
+  constexpr std::size_t kGrain = 1 << 12;
+  parallel_for(active.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      float* const sum = &value_gradients[n * n_channels];
+      std::fill_n(sum, n_channels, 0.0f);
+      for (const auto& part : parts) {
+        float* const mine = &part->d_values[active[n] * n_channels];
+        for (std::size_t c = 0; c < n_channels; ++c) {
+          sum[c] += mine[c];
+          mine[c] = 0.0f;
+        }
+      }
+    }
+  });
 }
 
 std::uint64_t RowRenderer::n_segments() const {
   std::uint64_t n = 0;
-  for (const auto& part : parts_) n += part->batch.n_segments();
+  for (const auto& part : memory_->parts) n += part->batch.n_segments();
   return n;
 }
 
 std::uint64_t RowRenderer::n_rays() const {
   std::uint64_t n = 0;
-  for (const auto& part : parts_) n += part->batch.n_rays();
+  for (const auto& part : memory_->parts) n += part->batch.n_rays();
   return n;
 }
 
 Box occupied_box(const Occupancy& occupancy, const GridTransform& transform) {
+  return standing_box(occupancy, transform, -std::numeric_limits<double>::infinity());
+}
+
+Box standing_box(const Occupancy& occupancy, const GridTransform& transform, double height_m) {
   Box box;
   const BrickTopology& bricks = occupancy.bricks();
   for (std::uint32_t brick = 0; brick < bricks.n_bricks(); ++brick) {
     const auto cells = occupancy.cell_box(brick);
     const glm::ivec3 origin = bricks.coordinate(brick) * kBrickSide;
+    const glm::dvec3 high_m = transform.world_from_index(glm::dvec3(origin + cells.last + 1));
+    if (high_m.y <= height_m + 2.0 * transform.voxel_size_m) continue;
     box.include(transform.world_from_index(glm::dvec3(origin + cells.first)));
-    box.include(transform.world_from_index(glm::dvec3(origin + cells.last + 1)));
+    box.include(high_m);
   }
   return box;
 }

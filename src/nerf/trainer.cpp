@@ -57,7 +57,7 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options) : state_(std::m
   state_->learner = make_learner(state_->set, options);
   for (const PosedImage& image : state_->set.images)
     state_->mean_square_of_set += mean_square(image.power.pixels()) / static_cast<double>(state_->set.images.size());
-  state_->queue = RowQueue(state_->set, state_->learner->field().occupied_box_m(), options.seed);
+  state_->queue = RowQueue(state_->set, state_->learner->field(), options.seed);
 }
 
 Trainer::~Trainer() = default;
@@ -65,7 +65,7 @@ Trainer::~Trainer() = default;
 StepReport Trainer::step(double progress) {
   State& s = *state_;
   if (s.learner->adapt(progress, s.set, s.sampling(0.0)))
-    s.queue.keep_rows_that_see(s.set, s.learner->field().occupied_box_m());
+    s.queue.keep_rows_that_see(s.set, s.learner->field());
 
   std::vector<RowRequest> rows;
   std::vector<float> wanted;

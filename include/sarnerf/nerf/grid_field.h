@@ -58,6 +58,7 @@ class GridField : public LearnedField {
                    std::span<float> pixels) const override;
   std::vector<torch::Tensor> parameters() const override { return {log_depth, coefficients}; }
   Box occupied_box_m() const override { return occupied_box(*occupancy_, transform_); }
+  Box standing_box_m(double height_m) const override { return standing_box(*occupancy_, transform_, height_m); }
   double voxel_size_m() const override { return transform_.voxel_size_m; }
   std::string size_text() const override;
   Archive state() const override;
@@ -76,16 +77,24 @@ class GridField : public LearnedField {
   /// Parameters a [n_active] and b [n_active, n_harmonics], float32, requiring gradients.
   torch::Tensor log_depth, coefficients;
 
-  /// κ (1/m) and γ_lm as a grid: [n_voxels × (1 + n_harmonics)].
+  /// κ (1/m) and γ_lm as a grid: [n_voxels × (1 + n_harmonics)]. The second writes those of active voxels into an
+  /// array that holds zeros elsewhere, or makes it.
   std::vector<float> values() const;
+  void values(std::vector<float>& out) const;
 
   BrickView<const float> view(std::span<const float> values) const {
     return {&topology_, transform_, channels_.count(), values};
   }
 
-  /// Derivatives by the grid's values, as long as these, to derivatives by the parameters.
-  void gather_gradients(std::span<const float> values, std::span<const float> d_values, float* d_log_depth,
-                        float* d_coefficients) const;
+  /// Derivatives by the values of active voxels, [n_active × (1 + n_harmonics)], to derivatives by the parameters.
+  void parameter_gradients(std::span<const float> d_active, float* d_log_depth, float* d_coefficients) const;
+
+  /// Memory of rendering passes that are over, for the next ones: of the size of this layout of voxels.
+  struct Memory {
+    std::vector<float> values, d_active;
+    std::shared_ptr<RowMemory> rows;
+  };
+  std::shared_ptr<std::vector<Memory>> idle_memory() const { return idle_memory_; }
 
  private:
   GridTransform transform_;
@@ -94,6 +103,7 @@ class GridField : public LearnedField {
   BrickTopology topology_;
   std::vector<std::uint32_t> active_;
   std::unique_ptr<Occupancy> occupancy_;
+  std::shared_ptr<std::vector<Memory>> idle_memory_;
 };
 
 /// Gives up the active voxels whose `keep` [n_active] is 0, and bricks without any left. Returns the places of the

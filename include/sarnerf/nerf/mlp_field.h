@@ -61,6 +61,9 @@ class MlpField : public LearnedField {
   Box occupied_box_m() const override {
     return occupied_box(cache_.occupancy(), cache_.transform());
   }
+  Box standing_box_m(double height_m) const override {
+    return standing_box(cache_.occupancy(), cache_.transform(), height_m);
+  }
   double voxel_size_m() const override { return cache_.transform().voxel_size_m; }
   std::string size_text() const override;
   Archive state() const override;

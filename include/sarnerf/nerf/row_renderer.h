@@ -33,6 +33,9 @@ struct RowRequest {
   double fan_jitter = 0.5;
 };
 
+/// Memory of a RowRenderer.
+struct RowMemory;
+
 /// Renders azimuth rows of a sparse field, and carries derivatives by pixels back to the field's values. The
 /// forward pass keeps its segments for the backward one.
 ///
@@ -45,9 +48,10 @@ struct RowRequest {
 /// Memory: about 60 bytes a segment of the last forward pass.
 class RowRenderer {
  public:
-  /// All arguments must outlive the renderer. The grid's frame is centred on the aim point.
-  RowRenderer(const BrickView<const float>& values, const FieldChannels& channels,
-              const Occupancy& occupancy, const RaySampling& sampling);
+  /// All arguments must outlive the renderer. The grid's frame is centred on the aim point. `memory` may be that of
+  /// a former renderer with the same topology and channels: what it allocated is used again.
+  RowRenderer(const BrickView<const float>& values, const FieldChannels& channels, const Occupancy& occupancy,
+              const RaySampling& sampling, std::shared_ptr<RowMemory> memory = nullptr);
   ~RowRenderer();
   RowRenderer(RowRenderer&&) noexcept;
   RowRenderer& operator=(RowRenderer&&) noexcept;
@@ -55,9 +59,12 @@ class RowRenderer {
   /// β⁰ of the rows one behind the other: Σ n_range pixels. Throws UsageError where lengths do not fit.
   void forward(std::span<const RowRequest> rows, std::span<float> pixels);
 
-  /// Adds to `value_gradients`, as long as the grid's values, what ∂L/∂pixel of the rows of the last forward()
-  /// means for them. Harmonics only.
-  void backward(std::span<const float> pixel_gradients, std::span<float> value_gradients);
+  /// Writes what ∂L/∂pixel of the rows of the last forward() means for the values of these voxels, places in the
+  /// topology: [active.size() × channels]. Harmonics only. Always the same voxels with the same memory.
+  void backward(std::span<const float> pixel_gradients, std::span<const std::uint32_t> active,
+                std::span<float> value_gradients);
+
+  const std::shared_ptr<RowMemory>& memory() const { return memory_; }
 
   /// Segments and rays of the last forward pass.
   std::uint64_t n_segments() const;
@@ -66,17 +73,20 @@ class RowRenderer {
  private:
   void march_row(const RowRequest& request, VolumeMarcher& marcher, RowPart& part) const;
   void forward_part(std::span<const RowRequest> rows, std::span<float> pixels, RowPart& part) const;
-  void backward_part(std::span<const float> pixel_gradients, std::span<float> value_gradients, RowPart& part) const;
+  void backward_part(std::span<const float> pixel_gradients, RowPart& part) const;
 
   BrickView<const float> values_;
   FieldChannels channels_;
   const Occupancy* occupancy_;
   RaySampling sampling_;
   Box box_m_;  ///< of the occupied cells
-  std::vector<std::unique_ptr<RowPart>> parts_;
+  std::shared_ptr<RowMemory> memory_;
 };
 
 /// Box of an occupancy's cells, in the frame of the grid's transform; empty where nothing is occupied.
 Box occupied_box(const Occupancy& occupancy, const GridTransform& transform);
+
+/// The same of the bricks whose cells rise more than two voxels above a height.
+Box standing_box(const Occupancy& occupancy, const GridTransform& transform, double height_m);
 
 }  // namespace sarnerf
