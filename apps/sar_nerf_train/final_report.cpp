@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "final_report.h"
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -109,7 +110,8 @@ void write_reports(const ReportInput& in, StageTimes times, Console& console,
                   findings.evaluation->prediction->mean.psnr_power_db);
     line += text;
     if (const auto margin_db = findings.evaluation->margin_db()) {
-      std::snprintf(text, sizeof text, ", %.2f dB above '%s'", *margin_db,
+      std::snprintf(text, sizeof text, ", %.2f dB %s '%s'", std::abs(*margin_db),
+                    *margin_db < 0.0 ? "below" : "above",
                     findings.evaluation->best_baseline()->name.c_str());
       line += text;
     }
