@@ -65,6 +65,17 @@ CommandLine::CommandLine(std::string name, std::string description)
   parser_.formatter(std::make_shared<HelpFormatter>());
 }
 
+CLI::Option* CommandLine::add_text_option(const char* name, std::string& text, const char* type,
+                                          const char* help) {
+  CLI::Option* option = parser_.add_option(name, text, help)->type_name(type)->group(group_);
+  if (!text.empty()) option->capture_default_str();
+  return option;
+}
+
+CLI::Option* CommandLine::add_flag(const char* name, bool& flag, const char* help) {
+  return parser_.add_flag(name, flag, help)->group(group_);
+}
+
 void CommandLine::same_meaning(std::vector<std::string> long_names) {
   std::static_pointer_cast<ConfigFile>(parser_.get_config_formatter())
       ->same_meaning(std::move(long_names));
@@ -113,5 +124,7 @@ SharedOptions CommandLine::shared_options() const {
   options.verbosity = quiet_ ? -1 : verbose_;
   return options;
 }
+
+CLI::Validator one_of(const std::vector<std::string>& names) { return CLI::IsMember(names).description(""); }
 
 }  // namespace sarnerf::app

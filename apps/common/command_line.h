@@ -18,6 +18,13 @@ class CommandLine {
 
   CLI::App& parser() { return parser_; }
 
+  /// Title under which help shows the options that are added from now on.
+  void begin_group(std::string title) { group_ = std::move(title); }
+
+  /// An option that keeps its text as given; what the text holds now is shown as its default, unless empty.
+  CLI::Option* add_text_option(const char* name, std::string& text, const char* type, const char* help);
+  CLI::Option* add_flag(const char* name, bool& flag, const char* help);
+
   /// Options that say the same thing differently: on the command line, one of them keeps the others out
   /// even when the configuration file sets them. Contradictions inside one source remain the caller's.
   void same_meaning(std::vector<std::string> long_names);
@@ -33,9 +40,13 @@ class CommandLine {
 
  private:
   CLI::App parser_;
+  std::string group_;
   std::string threads_ = "auto", max_memory_ = "none";
   bool quiet_ = false;
   int verbose_ = 0;
 };
+
+/// One of these names; the help says so in words of the option's own.
+CLI::Validator one_of(const std::vector<std::string>& names);
 
 }  // namespace sarnerf::app

@@ -3,6 +3,9 @@
 
 #include <string>
 
+#include "console.h"
+#include "sarnerf/nerf/mlp_network.h"
+
 namespace sarnerf::app {
 
 /// Caps LibTorch's threads and those of its linear algebra; the native loops have theirs (ThreadLimit). Where LibTorch
@@ -10,8 +13,10 @@ namespace sarnerf::app {
 /// the native loops.
 void use_torch_threads(int n_threads);
 
-/// Whether LibTorch multiplies matrices with the distribution's reference library, forty times slower than OpenBLAS.
-bool has_slow_blas();
+/// Warns where a network that is evaluated so depends on LibTorch's matrix products and these are slow: they are
+/// measured, as an OpenBLAS that does not know the processor is no better than the reference library. Cost: that of
+/// blas_gflop_per_s(), nothing for the other kernels.
+void warn_of_slow_blas(MlpKernel kernel, Console& console);
 
 /// "LibTorch 1.13.1, OpenBLAS".
 std::string torch_text();

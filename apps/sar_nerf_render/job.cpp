@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "process.h"
@@ -69,6 +70,21 @@ Json request_of(const Job& job, const std::filesystem::path& file) {
   return valid_text(j);
 }
 
+/// Rays are cut at the borders of range bins wherever they meet matter, inside of the image and in front of it.
+void refuse_countless_bins(const Job& job) {
+  constexpr double kMostBins = 16384.0;
+  const Box box_m = job.model.field->occupied_box_m();
+  if (box_m.empty()) return;
+  const double depth_m = glm::length(box_m.size()), bin_m = job.views.front().range_spacing_m;
+  if (depth_m <= kMostBins * bin_m) return;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "--spacing: range bins of %.3g m are too narrow for the learned matter, %.3g m across; "
+                "use %.2g m or more",
+                bin_m, depth_m, 1.1 * depth_m / kMostBins);
+  throw UsageError(text);
+}
+
 void refuse_beyond_memory(const Job& job) {
   const std::uint64_t limit = job.options.shared.max_memory_bytes;
   const DatasetView& v = job.views.front();
@@ -90,6 +106,7 @@ Job prepare(const Options& options) {
   job.views = views_of(options, job.model.info);
   job.request = request_of(job, file);
   refuse_beyond_memory(job);
+  refuse_countless_bins(job);
   return job;
 }
 

@@ -32,21 +32,14 @@ struct Texts {
   bool overwrite = false, explain = false;
 };
 
-CLI::Validator one_of(const std::vector<std::string>& names) {
-  return CLI::IsMember(names).description("");
-}
-
 void add_options(CommandLine& command, Texts& t) {
   CLI::App& p = command.parser();
-  const char* group = "";
   const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
-    CLI::Option* option = p.add_option(name, text, help)->type_name(type)->group(group);
-    if (!text.empty()) option->capture_default_str();
-    return option;
+    return command.add_text_option(name, text, type, help);
   };
   p.add_option("MODEL", t.model, "model.pt, or the folder of a run")->type_name("FILE")->required();
 
-  group = "Views (angles: 45, a list 15,17 or a range 0:350:10 with its end, if a step meets it)";
+  command.begin_group("Views (angles: 45, a list 15,17 or a range 0:350:10 with its end, if a step meets it)");
   add("--pitch", t.pitch, "DEG",
       "Incidence at the aim point, from the vertical; default: the training views'");
   add("--depression", t.depression, "DEG", "The same from the horizontal: 90 - pitch");
@@ -57,25 +50,24 @@ void add_options(CommandLine& command, Texts& t) {
       "Side to which the radar looks; auto: the training views'")
       ->check(one_of({"right", "left", "auto"}));
 
-  group = "Image (auto: as the training images)";
+  command.begin_group("Image (auto: as the training images)");
   add("--size", t.size, "AxR|auto", "Pixels, azimuth x range (64: 64x64)");
   add("--spacing", t.spacing, "A[,R]|auto", "Pixel spacing (m), azimuth and slant range");
   add("--quantity", t.quantity, "NAME", "power, amplitude or auto")
       ->check(one_of({"power", "amplitude", "auto"}));
 
-  group = "Comparison";
+  command.begin_group("Comparison");
   add("--against", t.against, "FOLDER",
       "Predict this dataset's views and print their scores; those trained on are left out");
   add("--training", t.training, "FOLDER",
       "Dataset of the training, for the baselines; default: where the model says");
   add("--lpips", t.lpips, "FILE", "Weights of LPIPS (.safetensors, docs/lpips.md)");
 
-  group = "Output";
+  command.begin_group("Output");
   add("-o,--output", t.output, "NAME",
       "File name without ending, or folder; default RUN_view, RUN_views");
-  p.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same")
-      ->group(group);
-  p.add_flag("--explain", t.explain, "Print the plan before the work")->group(group);
+  command.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same");
+  command.add_flag("--explain", t.explain, "Print the plan before the work");
 
   command.same_meaning({"pitch", "depression"});
   command.same_meaning({"altitude", "slant-range"});

@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "sarnerf-checkpoint";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 }  // namespace
 
@@ -24,6 +24,7 @@ Archive checkpoint_of(const Trainer& trainer, const RunState& state) {
                  {"dataset_sha256", state.dataset_sha256},
                  {"progress", state.progress},
                  {"seconds", state.seconds},
+                 {"trained_s", state.trained_s},
                  {"finished", state.finished},
                  {"time_s", state.time_s},
                  {"steps", state.steps}};
@@ -44,9 +45,14 @@ RunState run_state(const Archive& archive, const std::string& where) {
       throw CheckpointError(where + ": is of version " + std::to_string(version) +
                             ", and this program knows versions up to " + std::to_string(kVersion) +
                             "; use the program that wrote it");
+    if (version < kVersion)
+      throw CheckpointError(where + ": is of version " + std::to_string(version) +
+                            ", and this program goes on from version " + std::to_string(kVersion) +
+                            "; begin again with --overwrite");
     return {run.at("dataset_sha256").get<std::string>(),
             run.at("progress").get<double>(),
             run.at("seconds").get<double>(),
+            run.at("trained_s").get<double>(),
             run.at("finished").get<bool>(),
             run.at("time_s").get<double>(),
             run.at("steps").get<std::int64_t>()};

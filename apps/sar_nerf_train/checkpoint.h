@@ -13,6 +13,7 @@ struct RunState {
   std::string dataset_sha256;
   double progress = 0.0;  ///< largest that a step was given
   double seconds = 0.0;   ///< of all programs that worked on the run, start-up included
+  double trained_s = 0.0;  ///< the same without their start-ups
   bool finished = false;
   double time_s = 0.0;  ///< that --time gave; 0: none
   std::int64_t steps = 0;

@@ -56,6 +56,7 @@ std::string config_text(const Options& o, const TrainerOptions& training) {
   }
   out << "seed = " << o.seed << "\n";
   out << "holdout = " << quoted(o.holdout_text) << "\n";
+  if (o.patience > 0.0) out << "patience = " << quoted(Json(o.patience).dump()) << "\n";
   if (!o.against.empty()) out << "against = " << quoted(full_path(o.against)) << "\n";
   if (!o.lpips.empty()) out << "lpips = " << quoted(full_path(o.lpips)) << "\n";
   out << "option = [";

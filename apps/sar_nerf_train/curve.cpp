@@ -26,6 +26,15 @@ std::optional<double> Curve::measure_if_due(const LearnedField& field, double no
   if (views_.empty()) return std::nullopt;
   if (!first_s_) next_s_ = *(first_s_ = now_s) + 0.1;
   if (now_s < next_s_) return std::nullopt;
+  const double before_s = spent_s_;
+  measure(field);
+  const double cost_s = spent_s_ - before_s;
+  // Costs change as voxels are halved and pruned, hence a margin.
+  next_s_ = now_s + cost_s + std::max(1.25 * cost_s / kShare, (now_s - *first_s_) / kPointsPerSpan);
+  return last_db_;
+}
+
+double Curve::measure(const LearnedField& field) {
   const Stopwatch watch;
   double sum_db = 0.0;
   for (const std::size_t n : views_) {
@@ -34,11 +43,8 @@ std::optional<double> Curve::measure_if_due(const LearnedField& field, double no
                        psnr_db(render_view(field, truth.acquisition), truth.power, peak_power_));
   }
   last_db_ = sum_db / static_cast<double>(views_.size());
-  const double cost_s = watch.seconds();
-  spent_s_ += cost_s;
-  // Costs change as voxels are halved and pruned, hence a margin.
-  next_s_ = now_s + cost_s + std::max(1.25 * cost_s / kShare, (now_s - *first_s_) / kPointsPerSpan);
-  return last_db_;
+  spent_s_ += watch.seconds();
+  return *last_db_;
 }
 
 }  // namespace sarnerf::app

@@ -19,6 +19,9 @@ class Curve {
   /// Mean PSNR of power over the curve's views (dB), if it is time for it at `now_s`.
   std::optional<double> measure_if_due(const LearnedField& field, double now_s);
 
+  /// The same at once.
+  double measure(const LearnedField& field);
+
   /// The last one; none yet.
   std::optional<double> last_db() const { return last_db_; }
   std::span<const std::size_t> views() const { return views_; }

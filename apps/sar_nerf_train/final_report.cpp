@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "final_report.h"
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -20,7 +21,7 @@ namespace {
 void predict(const ReportInput& in, Findings& findings, const Monitor& monitor) {
   for (const PosedImage& truth : in.data.validation) {
     monitor.check();
-    findings.predictions.push_back(render_view(in.trainer.field(), truth.acquisition));
+    findings.predictions.push_back(render_view(in.run.field(), truth.acquisition));
     monitor.report("predict views", findings.predictions.size(), in.data.validation.size());
   }
 }
@@ -60,8 +61,9 @@ std::string json_text(const ReportInput& in, const Findings& findings) {
                   {"training_views", in.data.training_views.size()},
                   {"held_out_views", in.data.n_held_out},
                   {"against_views", in.data.validation.size() - in.data.n_held_out}};
-  j["field"] = {{"kind", in.trainer.field().kind()}, {"size", in.run.field_size()}};
+  j["field"] = {{"kind", in.run.field().kind()}, {"size", in.run.field_size()}};
   j["steps"] = in.trainer.steps_done();
+  j["steps_of_the_model"] = in.run.field_steps();
   j["steps_of_this_program"] = in.run.steps_here();
   j["seconds"] = Json::object();
   for (const auto& [stage, seconds] : findings.times.stages) j["seconds"][stage] = seconds;
@@ -100,13 +102,16 @@ void write_reports(const ReportInput& in, StageTimes times, Console& console,
                 static_cast<long long>(in.trainer.steps_done()), in.run.trained_until_s(),
                 in.run.seconds());
   std::string line = text;
+  if (in.run.field_steps() != in.trainer.steps_done())
+    line += ", of which the model of step " + std::to_string(in.run.field_steps()) + " was best";
   if (findings.evaluation) {
     std::snprintf(text, sizeof text, ", %zu unseen views at %.2f dB",
                   findings.evaluation->views.size(),
                   findings.evaluation->prediction->mean.psnr_power_db);
     line += text;
     if (const auto margin_db = findings.evaluation->margin_db()) {
-      std::snprintf(text, sizeof text, ", %.2f dB above '%s'", *margin_db,
+      std::snprintf(text, sizeof text, ", %.2f dB %s '%s'", std::abs(*margin_db),
+                    *margin_db < 0.0 ? "below" : "above",
                     findings.evaluation->best_baseline()->name.c_str());
       line += text;
     }

@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <optional>
 
+#include "app_main.h"
 #include "config_text.h"
 #include "data.h"
-#include "exit_code.h"
 #include "explain.h"
 #include "final_report.h"
 #include "folder_lock.h"
-#include "interrupt.h"
-#include "process.h"
 #include "run_start.h"
 #include "sarnerf/core/atomic_file.h"
-#include "sarnerf/core/error.h"
-#include "sarnerf/core/parallel.h"
 #include "stopwatch.h"
 #include "torch_setup.h"
 #include "training_options.h"
@@ -21,22 +17,8 @@
 namespace sarnerf::app {
 namespace {
 
-void take_threads(Options& options, Console& console) {
-  const int asked = options.shared.n_threads, n = thread_count();
-  options.shared.n_threads = n;
-  if (n != asked)
-    console.warning(std::to_string(asked) +
-                    " threads are more than make sense or can be made here: " + std::to_string(n) +
-                    " will work (--threads)");
-  use_torch_threads(options.field == "mlp" ? n : 1);
-  if (options.field == "mlp" && has_slow_blas())
-    console.warning(
-        "the linear algebra that LibTorch found is the reference one, some 40 times slower than "
-        "OpenBLAS: install "
-        "libopenblas0-pthread");
-}
-
 void run(const Options& options, Console& console) {
+  use_torch_threads(options.field == "mlp" ? options.shared.n_threads : 1);
   StageTimes times;
   times.add("start-up", seconds_since_start());
   const Monitor monitor{[&](std::string_view stage, std::uint64_t done, std::uint64_t n) {
@@ -50,6 +32,7 @@ void run(const Options& options, Console& console) {
   const Stopwatch loading;
   Data data = load_data(options, console, monitor);
   const TrainerOptions training = training_options(options, data.set);
+  if (options.field == "mlp") warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
   const std::string config = config_text(options, training);
   times.add("load images", loading.seconds());
 
@@ -88,15 +71,5 @@ void run(const Options& options, Console& console) {
 
 int main(int argc, char** argv) {
   using namespace sarnerf::app;
-  seconds_since_start();  // the clock's zero, should the system not tell
-  Console console("sar_nerf_train");
-  return run_program(console, [&] {
-    auto options = parse_options(argc, argv);
-    if (!options) return;
-    console.set_verbosity(options->shared.verbosity);
-    catch_signals();
-    const sarnerf::ThreadLimit threads(options->shared.n_threads);
-    take_threads(*options, console);
-    run(*options, console);
-  });
+  return app_main("sar_nerf_train", argc, argv, parse_options, run);
 }

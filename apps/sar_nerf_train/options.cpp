@@ -34,7 +34,7 @@ constexpr const char* kExamples =
 
 /// The texts of all options, as given.
 struct Texts {
-  std::string dataset, field = "grid", steps = "1000", time, holdout = "auto", against, lpips,
+  std::string dataset, field = "grid", steps = "1000", time, holdout = "auto", patience = "off", against, lpips,
                        seed = "1";
   std::vector<std::string> training;
   std::string output, resume;
@@ -43,19 +43,16 @@ struct Texts {
 
 void add_options(CommandLine& command, Texts& t) {
   CLI::App& p = command.parser();
-  const char* group = "";
   const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
-    CLI::Option* option = p.add_option(name, text, help)->type_name(type)->group(group);
-    if (!text.empty()) option->capture_default_str();
-    return option;
+    return command.add_text_option(name, text, type, help);
   };
   p.add_option("DATASET", t.dataset, "Folder with dataset.json, as sar_render makes it")
       ->type_name("FOLDER")
       ->required();
 
-  group = "Training";
+  command.begin_group("Training");
   add("--field", t.field, "grid|mlp", "Sparse voxels, or the paper's network")
-      ->check(CLI::IsMember(std::vector<std::string>{"grid", "mlp"}).description(""));
+      ->check(one_of({"grid", "mlp"}));
   add("--steps", t.steps, "N", "Steps of the optimiser");
   add("--time", t.time, "TIME",
       "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
@@ -64,27 +61,28 @@ void add_options(CommandLine& command, Texts& t) {
                "A training option, for experts; may be repeated (docs/training.md)")
       ->type_name("NAME=VALUE")
       ->delimiter(',')
-      ->group(group);
+      ->group("Training");
 
-  group = "Validation";
+  command.begin_group("Validation");
   add("--holdout", t.holdout, "N|PART|auto",
       "Views kept away from training, evenly spread: a number, a part (0.1, 10%), or auto: every "
       "12th of 48 or more");
   add("--against", t.against, "FOLDER",
       "Dataset whose views are predicted; those trained on are left out");
+  add("--patience", t.patience, "PART|off",
+      "End early and keep the best model when held-out views have come no closer for this part of "
+      "the training (0.2, 20%)");
   add("--lpips", t.lpips, "FILE", "Weights of LPIPS (.safetensors, docs/lpips.md)");
 
-  group = "Output";
+  command.begin_group("Output");
   add("-o,--output", t.output, "RUN", "Run folder; default DATASET_run")->configurable(false);
   add("--resume", t.resume, "RUN", "Continue this run; nothing but --steps or --time may be raised")
       ->configurable(false);
-  p.add_flag("--overwrite", t.overwrite, "Replace a run of other options, or repeat the same")
-      ->configurable(false)
-      ->group(group);
-  p.add_flag("--explain", t.explain,
+  command.add_flag("--overwrite", t.overwrite, "Replace a run of other options, or repeat the same")
+      ->configurable(false);
+  command.add_flag("--explain", t.explain,
              "Print the plan before the work, with what is left out and why")
-      ->configurable(false)
-      ->group(group);
+      ->configurable(false);
 
   command.same_meaning({"steps", "time"});
   command.add_shared_options();
@@ -109,6 +107,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   o.steps = parse_whole("--steps", t.steps, 1, 1'000'000'000);
   o.holdout_text = t.holdout;
   o.holdout = parse_holdout(t.holdout);
+  if (t.patience != "off") o.patience = parse_part("--patience", t.patience, 0.1, 1.0);
   o.against = without_slash(t.against);
   o.lpips = t.lpips;
   o.seed = static_cast<std::uint64_t>(

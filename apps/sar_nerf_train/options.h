@@ -20,6 +20,7 @@ struct Options {
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
   std::string holdout_text = "auto";
   Holdout holdout;
+  double patience = 0.0;          ///< share of the schedule; 0: training ends with it
   std::filesystem::path against;  ///< empty: no views of another dataset
   std::filesystem::path lpips;    ///< empty: not computed
   std::uint64_t seed = 1;

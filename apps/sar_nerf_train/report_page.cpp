@@ -42,7 +42,7 @@ void add_scores(const ReportInput& in, const Findings& findings, TrainingReport&
                 100.0 * e.target.share_of_peak, e.target.dilation_pixels);
   r.mask = text;
   if (e.prediction)
-    r.model = method_of(*e.prediction, "SAR-NeRF, " + std::string(in.trainer.field().kind()));
+    r.model = method_of(*e.prediction, "SAR-NeRF, " + std::string(in.run.field().kind()));
   for (const MethodScores& m : e.baselines) r.baselines.push_back(method_of(m, m.name));
   const auto views = in.run.curve().views();
   for (const MethodScores& m : e.baselines) {
@@ -53,7 +53,7 @@ void add_scores(const ReportInput& in, const Findings& findings, TrainingReport&
 }
 
 void add_curve(const ReportInput& in, TrainingReport& r) {
-  ReportCurve curve{std::string(in.trainer.field().kind()), {}, true};
+  ReportCurve curve{std::string(in.run.field().kind()), {}, true};
   for (const MetricsLine& line : in.run.metrics().lines()) {
     if (line.psnr_db) curve.points.push_back({line.seconds, *line.psnr_db});
   }
@@ -79,7 +79,7 @@ void add_pictures(const ReportInput& in, const Findings& findings, TrainingRepor
     ReportPictures p;
     p.view = view_of(in.data.training_views[n]);
     p.truth = images[n].power;
-    p.prediction = render_view(in.trainer.field(), images[n].acquisition);
+    p.prediction = render_view(in.run.field(), images[n].acquisition);
     p.held_out = false;
     r.pictures.push_back(std::move(p));
   }
@@ -116,7 +116,7 @@ TrainingReport report_of(const ReportInput& in, const Findings& findings) {
                {"SHA-256 of the dataset", in.data.fingerprint},
                {"views learned from", std::to_string(in.data.training_views.size())},
                {"views held out", std::to_string(in.data.n_held_out)},
-               {"field", std::string(in.trainer.field().kind()) + ", " + in.run.field_size()},
+               {"field", std::string(in.run.field().kind()) + ", " + in.run.field_size()},
                {"loss", "mean square over pixels of power (paper, eq. 31)"}};
   if (!in.options.against.empty())
     r.trained.push_back(

@@ -35,18 +35,31 @@ TrainingRun::TrainingRun(const Options& options, const Data& data, Trainer& trai
       folder_(folder),
       info_(info),
       curve_(data.validation, info.peak_power),
+      best_(data.validation.empty() ? 0.0 : options.patience),
       metrics_(folder.metrics(), trainer.steps_done()),
       first_step_(trainer.steps_done()),
       begin_s_(seconds_since_start()),
       field_size_(trainer.field().size_text()) {
-  if (found != nullptr) before_ = run_state(*found, folder.checkpoint().string());
+  if (found != nullptr) {
+    before_ = run_state(*found, folder.checkpoint().string());
+    best_.restore(*found, folder.checkpoint().string());
+  }
   before_.dataset_sha256 = data.fingerprint;
   progress_ = before_.progress;
 }
 
 double TrainingRun::seconds() const { return before_.seconds + seconds_since_start(); }
 
+const LearnedField& TrainingRun::field() const {
+  return best_field_ ? *best_field_ : trainer_.field();
+}
+
+std::int64_t TrainingRun::field_steps() const {
+  return best_field_ ? best_.step() : trainer_.steps_done();
+}
+
 bool TrainingRun::ended() const {
+  if (best_.worn_out(progress_)) return true;
   if (!options_.time_s) return trainer_.steps_done() >= options_.steps;
   // One step at least: a model that has learned nothing is of no use.
   const std::int64_t n = steps_here();
@@ -55,25 +68,37 @@ bool TrainingRun::ended() const {
   return seconds() + step_s + 2.0 * last_write_s_ + kEndMargin_s >= *options_.time_s;
 }
 
+double TrainingRun::trained_s() const {
+  return before_.trained_s + seconds_since_start() - begin_s_;
+}
+
 double TrainingRun::next_progress() const {
-  const double share =
-      options_.time_s
-          ? seconds() / (*options_.time_s - 2.0 * last_write_s_ - kEndMargin_s)
-          : static_cast<double>(trainer_.steps_done()) / static_cast<double>(options_.steps);
+  double share = static_cast<double>(trainer_.steps_done()) / static_cast<double>(options_.steps);
+  if (options_.time_s) {
+    // Start-up has its part of --time, but nothing was learned in it.
+    const double left_s = *options_.time_s - seconds() - 2.0 * last_write_s_ - kEndMargin_s;
+    share = trained_s() / (trained_s() + std::max(left_s, 1e-3));
+  }
   // Where a run goes on with a longer schedule, the trainer must not be sent back.
   return std::clamp(share, progress_, std::max(progress_, std::nextafter(1.0, 0.0)));
 }
 
 RunState TrainingRun::state(bool finished) const {
-  return {before_.dataset_sha256, progress_, seconds(), finished, options_.time_s.value_or(0.0),
-          trainer_.steps_done()};
+  return {before_.dataset_sha256, progress_, seconds(), trained_s(), finished,
+          options_.time_s.value_or(0.0), trainer_.steps_done()};
 }
 
 void TrainingRun::save_model() const {
   ModelInfo info = info_;
   info.program = "sar_nerf_train " + std::string(kVersion);
-  info.steps = trainer_.steps_done();
-  write_model(folder_.model(), trainer_.field(), info);
+  info.steps = field_steps();
+  write_model(folder_.model(), field(), info);
+}
+
+Archive TrainingRun::checkpoint(bool finished) const {
+  Archive archive = checkpoint_of(trainer_, state(finished));
+  best_.add_to(archive);
+  return archive;
 }
 
 void TrainingRun::write(const Archive& archive) {
@@ -100,10 +125,21 @@ void TrainingRun::keep_last_good() const {
   write_model(folder_.model(), *field, info);
 }
 
+std::optional<double> TrainingRun::held_out_psnr_db() {
+  if (options_.patience == 0.0 || curve_.views().empty())
+    return curve_.measure_if_due(trainer_.field(), seconds_since_start());
+  // By the clock there is no time left at the end.
+  const bool last = !options_.time_s && ended();
+  if (!best_.due(progress_) && !last) return std::nullopt;
+  const double psnr_db = curve_.measure(trainer_.field());
+  best_.judge(trainer_.field(), psnr_db, progress_, trainer_.steps_done());
+  return psnr_db;
+}
+
 void TrainingRun::log(double loss, bool last) {
   loss_sum_ += loss;
   ++n_losses_;
-  const auto psnr_db = curve_.measure_if_due(trainer_.field(), seconds_since_start());
+  const auto psnr_db = held_out_psnr_db();
   const std::int64_t step = trainer_.steps_done();
   if (!psnr_db && !last && step % kStepsPerLine != 0) return;
   metrics_.add({step, seconds(), loss_sum_ / n_losses_, psnr_db});
@@ -129,7 +165,7 @@ void TrainingRun::tell(Console& console) const {
 void TrainingRun::train(Console& console, const Monitor& monitor) {
   // From now on there is something to go on from, whatever happens.
   if (first_step_ == 0) {
-    write(checkpoint_of(trainer_, state(false)));
+    write(checkpoint(false));
   } else {
     next_checkpoint_s_ = seconds_since_start() + kFirstInterval_s;
   }
@@ -145,16 +181,18 @@ void TrainingRun::train(Console& console, const Monitor& monitor) {
       log(report.loss, ended());
       tell(console);
       if (monitor.stop_requested()) {
-        write(checkpoint_of(trainer_, state(false)));
+        write(checkpoint(false));
         save_model();
         throw Interrupted("interrupted after " + std::to_string(trainer_.steps_done()) +
                           " steps, which are saved; " + "sar_nerf_train --resume " +
                           folder_.path().string() + " continues");
       }
       if (seconds_since_start() >= next_checkpoint_s_)
-        pending_ = checkpoint_of(trainer_, state(false));
+        pending_ = checkpoint(false);
     }
-    write(checkpoint_of(trainer_, state(true)));
+    write(checkpoint(true));
+    if (best_.step() != trainer_.steps_done()) best_field_ = best_.field();
+    if (best_field_) field_size_ = best_field_->size_text();
     save_model();
   } catch (const NumericsError& e) {
     keep_last_good();

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "best_model.h"
 #include "checkpoint.h"
 #include "console.h"
 #include "curve.h"
@@ -32,16 +33,21 @@ class TrainingRun {
   double checkpoints_s() const { return checkpoints_s_; }
   std::int64_t steps_here() const { return trainer_.steps_done() - first_step_; }
   const std::string& field_size() const { return field_size_; }
+  const LearnedField& field() const;  ///< what was learned: that of the last step, or the best one
+  std::int64_t field_steps() const;   ///< after which it was so
   double seconds() const;  ///< of all programs that worked on the run
   double trained_until_s() const { return trained_until_s_; }  ///< the same when training ended
 
  private:
   bool ended() const;
   double next_progress() const;
+  double trained_s() const;  ///< of all programs that worked on the run, their start-ups left out
+  std::optional<double> held_out_psnr_db();
   void log(double loss, bool last);
   void tell(Console& console) const;
   RunState state(bool finished) const;
   void save_model() const;
+  Archive checkpoint(bool finished) const;
   void write(const Archive& archive);
   void keep_last_good() const;
 
@@ -50,6 +56,8 @@ class TrainingRun {
   const RunFolder& folder_;
   ModelInfo info_;
   Curve curve_;
+  BestModel best_;
+  std::unique_ptr<LearnedField> best_field_;  ///< once training has ended, where the last is not the best
   MetricsLog metrics_;
   RunState before_;
   std::int64_t first_step_;

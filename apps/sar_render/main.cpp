@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 
-#include "exit_code.h"
+#include "app_main.h"
 #include "explain.h"
-#include "interrupt.h"
 #include "output_place.h"
-#include "sarnerf/core/parallel.h"
 #include "sarnerf/scene/scene.h"
 #include "single_view.h"
 #include "sweep.h"
@@ -39,28 +37,10 @@ void run(const Options& options, Console& console) {
   if (options.shared.verbosity >= 0) print_result(result);
 }
 
-/// Tells when fewer threads will work than were asked for.
-void take_threads(Options& options, Console& console) {
-  const int asked = options.shared.n_threads, n = thread_count();
-  options.shared.n_threads = n;
-  if (n == asked) return;
-  console.warning(std::to_string(asked) + " threads are more than make sense or can be made here: " +
-                  std::to_string(n) + " will work (--threads)");
-}
-
 }  // namespace
 }  // namespace sarnerf::app
 
 int main(int argc, char** argv) {
   using namespace sarnerf::app;
-  Console console("sar_render");
-  return run_program(console, [&] {
-    auto options = parse_options(argc, argv);
-    if (!options) return;
-    console.set_verbosity(options->shared.verbosity);
-    catch_signals();
-    const sarnerf::ThreadLimit threads(options->shared.n_threads);
-    take_threads(*options, console);
-    run(*options, console);
-  });
+  return app_main("sar_render", argc, argv, parse_options, run);
 }

@@ -40,24 +40,16 @@ struct Texts {
   bool overwrite = false, explain = false, dry_run = false;
 };
 
-/// One of these names; the help says so in words.
-CLI::Validator one_of(const std::vector<std::string>& names) {
-  return CLI::IsMember(names).description("");
-}
-
 void add_options(CommandLine& command, Texts& t) {
   CLI::App& p = command.parser();
-  const char* group = "";
   const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
-    CLI::Option* option = p.add_option(name, text, help)->type_name(type)->group(group);
-    if (!text.empty()) option->capture_default_str();
-    return option;
+    return command.add_text_option(name, text, type, help);
   };
 
   p.add_option("SCENE", t.scene, "Mesh (.obj, .ply, .stl, .off), scene (.json) or volume (.vdb)")
       ->type_name("FILE")->required();
 
-  group = "Views (angles: 45, a list 15,17 or a range 0:350:10 with its end, if a step meets it)";
+  command.begin_group("Views (angles: 45, a list 15,17 or a range 0:350:10 with its end, if a step meets it)");
   add("--pitch", t.pitch, "DEG", "Incidence at the aim point, from the vertical; 0 < DEG < 90");
   add("--depression", t.depression, "DEG", "The same from the horizontal: 90 - pitch");
   add("--azimuth", t.azimuth, "DEG", "Where the radar stands");
@@ -67,7 +59,7 @@ void add_options(CommandLine& command, Texts& t) {
       ->check(one_of({"right", "left"}));
   add("--aim", t.aim, "X,Y,Z|auto", "Aim point (m); auto: horizontal centre at the lowest height");
 
-  group = "Image";
+  command.begin_group("Image");
   add("--size", t.size, "AxR|auto", "Pixels, azimuth x range (64: 64x64); auto: scene, layover, shadow");
   add("--spacing", t.spacing, "A[,R]", "Pixel spacing (m), azimuth and slant range");
   add("--calibration", t.calibration, "NAME", "beta0, sigma0 or gamma0")
@@ -75,14 +67,14 @@ void add_options(CommandLine& command, Texts& t) {
   add("--quantity", t.quantity, "NAME", "power, or amplitude: its root")
       ->check(one_of({"power", "amplitude"}));
 
-  group = "Image formation (off by default: images are mean incoherent power)";
+  command.begin_group("Image formation (off by default: images are mean incoherent power)");
   add("--resolution", t.resolution, "A[,R]", "-3 dB widths (m) of the impulse response, coarser than --spacing");
   add("--window", t.window, "NAME", "none, hann, hamming, taylor:DB[,NBAR] as taylor:-35, kaiser:BETA");
   add("--looks", t.looks, "L|inf", "Gamma speckle of L >= 1 looks of the full resolution; inf: none");
   add("--nesz", t.nesz, "DB|none", "Noise floor: noise-equivalent sigma0");
   add("--seed", t.seed, "N", "Of speckle and noise");
 
-  group = "Scene (units, scale and up of a mesh file; a scene file says them for each of its meshes)";
+  command.begin_group("Scene (units, scale and up of a mesh file; a scene file says them for each of its meshes)");
   add("--units", t.units, "UNIT", "Of the file: m, cm, mm, km, ft, in, or metres as a number");
   add("--scale", t.scale, "FACTOR", "Extra factor on the file's coordinates");
   add("--up", t.up, "y|z", "Axis that points up in the file")->check(one_of({"y", "z"}));
@@ -90,7 +82,7 @@ void add_options(CommandLine& command, Texts& t) {
   add("--ground", t.ground, "MATERIAL|none", "Ground plane; default: what a scene file says, else none");
   add("--ground-height", t.ground_height, "M|auto", "Reference plane and ground; auto: lowest height");
 
-  group = "Computation";
+  command.begin_group("Computation");
   add("--engine", t.engine, "auto|surface|voxel",
       "surface: rays against the mesh; voxel: rays through sparse voxels; auto: says which and why")
       ->check(one_of({"auto", "surface", "voxel"}));
@@ -105,15 +97,13 @@ void add_options(CommandLine& command, Texts& t) {
       "Of translucent matter and voxels: exact; midpoint and paper (an older, darker sum) to compare "
       "with; paper-gated: what SAR-NeRF trains");
 
-  group = "Output";
+  command.begin_group("Output");
   add("--layers", t.layers, "LIST|all|none",
       "Beside the image: ground, wall, roof, other, mask, incidence, elevation, scatterers, error");
   add("-o,--output", t.output, "NAME", "File name without ending, or folder; default SCENE_sar");
-  p.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same")
-      ->group(group);
-  p.add_flag("--explain", t.explain, "Print the plan before the work: rays, bytes, seconds, what is left out")
-      ->group(group);
-  p.add_flag("--dry-run", t.dry_run, "Print the plan and stop")->group(group);
+  command.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same");
+  command.add_flag("--explain", t.explain, "Print the plan before the work: rays, bytes, seconds, what is left out");
+  command.add_flag("--dry-run", t.dry_run, "Print the plan and stop");
 
   command.same_meaning({"pitch", "depression"});
   command.same_meaning({"altitude", "slant-range"});

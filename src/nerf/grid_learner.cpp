@@ -13,6 +13,10 @@ namespace {
 /// Share of the training after which all halvings are done, the first ones sooner.
 constexpr double kRefinedBy = 0.25;
 
+/// How often each row must have been learned from before a pass over all of them looks for voxels to give up: the pass
+/// takes as long as learning from them once, and shows little where little has been learned.
+constexpr double kRowsLearned = 3.0;
+
 /// Largest two-way depth of a voxel: more only slows down the way back.
 constexpr double kMostDepth = 40.0;
 
@@ -29,8 +33,8 @@ void require(bool fits, const std::string& where, const char* what) {
 
 }  // namespace
 
-GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options)
-    : options_(options), field_(initial_grid_field(set, options)) {
+GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step)
+    : options_(options), rows_per_step_(rows_per_step), field_(initial_grid_field(set, options)) {
   restart_optimiser();
 }
 
@@ -50,27 +54,54 @@ std::vector<torch::optim::AdamParamState*> GridLearner::moments() {
 }
 
 bool GridLearner::adapt(double progress, const TrainingSet& set, const RaySampling& sampling) {
-  bool changed = false;
-  const int level = std::min(options_.n_levels - 1,
-                             static_cast<int>(progress / kRefinedBy * (options_.n_levels - 1)));
-  if (level > level_) {
-    for (; level_ < level; ++level_) field_ = refined(field_);
-    restart_optimiser();
-    neighbours_.reset();
-    changed = true;
+  if (steps_at_level_ == 0) level_progress_ = progress;
+  const bool refines = refinement_is_due(progress);
+  if (refines) refine(progress);
+  const bool prunes = pruning_is_due(progress, set);
+  if (prunes) {
+    n_prunings_ = prunings_by(progress);
+    give_up_voxels(set, sampling);
   }
-  if (const int due = static_cast<int>(progress * (options_.n_prunings + 1)); due > n_prunings_ && progress >= options_.prune_from) {
-    n_prunings_ = due;
-    const auto rows = rows_that_see(set, field_.occupied_box_m());
-    const torch::Tensor kept = prune(field_, worth_keeping(field_, set, rows, sampling, options_));
-    for (auto* state : moments()) {
-      state->exp_avg(state->exp_avg().index_select(0, kept));
-      state->exp_avg_sq(state->exp_avg_sq().index_select(0, kept));
-    }
-    neighbours_.reset();
-    changed = true;
+  return refines || prunes;
+}
+
+bool GridLearner::refinement_is_due(double progress) const {
+  if (level_ + 1 >= options_.n_levels || steps_at_level_ < std::max(1, options_.level_steps)) return false;
+  if (progress / kRefinedBy * (options_.n_levels - 1) < level_ + 1) return false;
+  // At the pace of this level; by the clock, finer voxels will have less.
+  const double step = (progress - level_progress_) / static_cast<double>(steps_at_level_);
+  return 1.0 - progress >= options_.refine_steps_left * step;
+}
+
+void GridLearner::refine(double progress) {
+  field_ = refined(field_);
+  ++level_;
+  level_progress_ = progress;
+  steps_at_level_ = 0;
+  steps_since_change_ = 0;
+  restart_optimiser();
+  neighbours_.reset();
+}
+
+int GridLearner::prunings_by(double progress) const {
+  return static_cast<int>(progress * (options_.n_prunings + 1));
+}
+
+bool GridLearner::pruning_is_due(double progress, const TrainingSet& set) const {
+  if (progress < options_.prune_from || prunings_by(progress) <= n_prunings_) return false;
+  const auto rows = static_cast<double>(rows_that_see(set, field_.occupied_box_m()).size());
+  return static_cast<double>(steps_since_change_) * rows_per_step_ >= kRowsLearned * rows;
+}
+
+void GridLearner::give_up_voxels(const TrainingSet& set, const RaySampling& sampling) {
+  steps_since_change_ = 0;
+  const auto rows = rows_that_see(set, field_.occupied_box_m());
+  const torch::Tensor kept = prune(field_, worth_keeping(field_, set, rows, sampling, options_));
+  for (auto* state : moments()) {
+    state->exp_avg(state->exp_avg().index_select(0, kept));
+    state->exp_avg_sq(state->exp_avg_sq().index_select(0, kept));
   }
-  return changed;
+  neighbours_.reset();
 }
 
 void GridLearner::add_smoothness() {
@@ -98,6 +129,8 @@ void GridLearner::minimise(const torch::Tensor& loss, double rate) {
   adam_->step();
   torch::NoGradGuard no_grad;
   field_.log_depth.clamp_max_(std::log(kMostDepth));
+  ++steps_at_level_;
+  ++steps_since_change_;
 }
 
 Archive GridLearner::state() const {
@@ -111,7 +144,12 @@ Archive GridLearner::state() const {
     archive.tensors["adam_square_" + name] = states[n]->exp_avg_sq().clone();
     steps.push_back(states[n]->step());
   }
-  add_text(archive, "learner", {{"level", level_}, {"prunings", n_prunings_}, {"adam_steps", steps}});
+  add_text(archive, "learner", {{"level", level_},
+            {"level_progress", level_progress_},
+            {"steps_at_level", steps_at_level_},
+            {"steps_since_change", steps_since_change_},
+            {"prunings", n_prunings_},
+            {"adam_steps", steps}});
   return archive;
 }
 
@@ -121,6 +159,9 @@ void GridLearner::restore(const Archive& archive, const std::string& where) {
   restart_optimiser();
   const Json text = text_of(archive, "learner", where);
   level_ = member<int>(text, "level", where);
+  level_progress_ = member<double>(text, "level_progress", where);
+  steps_at_level_ = member<std::int64_t>(text, "steps_at_level", where);
+  steps_since_change_ = member<std::int64_t>(text, "steps_since_change", where);
   n_prunings_ = member<int>(text, "prunings", where);
   const auto steps = member<std::vector<std::int64_t>>(text, "adam_steps", where);
   if (steps.empty()) return;

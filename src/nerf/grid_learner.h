@@ -11,10 +11,12 @@
 
 namespace sarnerf {
 
-/// Learns a GridField: halves its voxels and gives up those that are not needed as training goes on.
+/// Learns a GridField: halves its voxels and gives up those that are not needed as training goes on, once enough steps
+/// have shown which.
 class GridLearner : public FieldLearner {
  public:
-  GridLearner(const TrainingSet& set, const GridOptions& options);
+  /// `rows_per_step`: how many rows each call of minimise() learns from.
+  GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step);
 
   const LearnedField& field() const override { return field_; }
   bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
@@ -23,16 +25,25 @@ class GridLearner : public FieldLearner {
   void restore(const Archive& archive, const std::string& where) override;
 
  private:
+  bool refinement_is_due(double progress) const;
+  void refine(double progress);
+  int prunings_by(double progress) const;
+  bool pruning_is_due(double progress, const TrainingSet& set) const;
+  void give_up_voxels(const TrainingSet& set, const RaySampling& sampling);
   void restart_optimiser();
   void add_smoothness();
   std::vector<torch::optim::AdamParamState*> moments();
 
   GridOptions options_;
+  int rows_per_step_;
   GridField field_;
   std::unique_ptr<torch::optim::Adam> adam_;
   std::optional<Neighbourhood> neighbours_;  ///< of the present voxels, once it was asked for
-  int level_ = 0;      ///< halvings so far
-  int n_prunings_ = 0;
+  int level_ = 0;                       ///< halvings so far
+  double level_progress_ = 0.0;         ///< of the first step since the last one
+  std::int64_t steps_at_level_ = 0;     ///< since then
+  std::int64_t steps_since_change_ = 0;  ///< since the last halving or pruning
+  int n_prunings_ = 0;                  ///< so far; those that came too soon count, too
 };
 
 }  // namespace sarnerf

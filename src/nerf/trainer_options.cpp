@@ -14,6 +14,8 @@ template <class Options, class Visit>
 void for_each_grid_option(Options& o, Visit&& visit) {
   visit("voxel_size_m", o.voxel_size_m);
   visit("n_levels", o.n_levels);
+  visit("level_steps", o.level_steps);
+  visit("refine_steps_left", o.refine_steps_left);
   visit("harmonics_degree", o.harmonics_degree);
   visit("density_rate", o.density_rate);
   visit("source_rate", o.source_rate);

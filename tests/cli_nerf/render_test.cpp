@@ -109,3 +109,13 @@ TEST_CASE("options of rendering are checked") {
   CHECK(scene.render({}).code == 2);
   CHECK(scene.render({"--help"}).code == 0);
 }
+
+TEST_CASE("range bins too narrow for memory are refused, and threads that cannot work are told of") {
+  const LearnedScene scene;
+  const Outcome narrow = scene.render({"run", "--spacing", "1e-30", "-o", "view"});
+  CHECK(narrow.code == 2);
+  CHECK(narrow.is_error("too narrow"));
+  const Outcome many = scene.render({"run", "--threads", "100000", "-o", "view"});
+  CHECK(many.code == 0);
+  CHECK(many.err.find("100000 threads are more than make sense") != std::string::npos);
+}

@@ -111,3 +111,22 @@ TEST_CASE("a run that is killed at any instant leaves a checkpoint that loads, a
   for (const auto& entry : std::filesystem::recursive_directory_iterator(scene / "run"))
     CHECK(entry.path().filename().string().find("tmp") == std::string::npos);
 }
+
+TEST_CASE("a run with patience goes on bit by bit, the best model with it") {
+  const SmallScene scene(24);
+  const std::vector<std::string> options{"data",  "--steps",    "150", "--holdout", "3",
+                                         "--patience", "0.3", "--threads", "1",   "-q"};
+  auto with_output = [&](const char* name) {
+    auto all = options;
+    all.insert(all.end(), {"-o", name});
+    return all;
+  };
+  REQUIRE(scene.train(with_output("whole")).code == 0);
+  REQUIRE(
+      scene.train(with_output("parts"), after_lines(scene / "parts/metrics.jsonl", 5, SIGTERM)).code ==
+      130);
+  const Outcome resumed = scene.train({"--resume", "parts", "--threads", "1"});
+  INFO(resumed.err);
+  REQUIRE(resumed.code == 0);
+  CHECK(read_text(scene / "parts/model.pt") == read_text(scene / "whole/model.pt"));
+}

@@ -130,3 +130,33 @@ TEST_CASE("a training that diverges ends with exit code 4 and keeps the last goo
   CHECK_NOTHROW(sarnerf::read_model(scene / "run/model.pt"));
   CHECK_NOTHROW(sarnerf::read_archive(scene / "run/checkpoints/latest.pt"));
 }
+
+TEST_CASE("with patience, training ends when held-out views come no closer") {
+  const SmallScene scene(24);
+  const auto steps_of = [&](const std::string& run) {
+    return Json::parse(read_text(scene / run / "report.json")).at("steps").get<int>();
+  };
+  const std::vector<std::string> options{"data", "--steps", "200", "--holdout", "3", "-q"};
+  auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), options.begin(), options.end());
+    return scene.train(more);
+  };
+  // Rates too small to come closer to anything.
+  const std::vector<std::string> still{"--option", "density_rate=0", "--option", "source_rate=0",
+                                       "--option", "n_prunings=0", "--option", "n_levels=1"};
+  auto all = still;
+  all.insert(all.end(), {"--patience", "30%", "-o", "run"});
+  const Outcome ended = with(all);
+  INFO(ended.err);
+  REQUIRE(ended.code == 0);
+  CHECK(steps_of("run") < 120);
+  // The best one is the first that was judged.
+  CHECK(sarnerf::read_model(scene / "run/model.pt").info.steps <= 21);
+  CHECK(scene.train({"--resume", "run"}).err.find("already done") != std::string::npos);
+
+  all = still;
+  all.insert(all.end(), {"-o", "whole"});
+  REQUIRE(with(all).code == 0);
+  CHECK(steps_of("whole") == 200);
+  CHECK(scene.train({"data", "-o", "other", "--patience", "soon"}).code == 2);
+}

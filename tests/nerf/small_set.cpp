@@ -21,6 +21,8 @@ TrainerOptions small_options(const TrainingSet& set) {
   TrainerOptions options = default_options(set, "grid");
   options.grid.voxel_size_m = 0.4;
   options.rows_per_step = 12;
+  options.grid.level_steps = 5;
+  options.grid.refine_steps_left = 10;
   return options;
 }
 

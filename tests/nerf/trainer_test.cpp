@@ -71,6 +71,43 @@ TEST_CASE("a resumed training equals an uninterrupted one bit for bit") {
   }
 }
 
+TEST_CASE("voxels are halved once there were enough steps and enough are to come") {
+  const TrainingSet set = small_set(6);
+  const TrainerOptions options = small_options(set);
+  const double fine_m = options.grid.voxel_size_m;
+  const auto voxel_size_m = [&](int n_steps, double first_progress) {
+    Trainer trainer(set, options);
+    for (int n = 0; n < n_steps; ++n) trainer.step(first_progress + (1.0 - first_progress) * n / n_steps);
+    return trainer.field().voxel_size_m();
+  };
+  CHECK(voxel_size_m(40, 0.0) == fine_m);
+  // At the fifth step of 14, nine are to come.
+  CHECK(voxel_size_m(14, 0.0) == 2.0 * fine_m);
+  CHECK(voxel_size_m(16, 0.0) == fine_m);
+  // A schedule that begins behind the halving's place still waits for its steps, at most until too few are left.
+  CHECK(voxel_size_m(20, 0.5) == fine_m);
+  CHECK(voxel_size_m(1, 0.9) == 2.0 * fine_m);
+}
+
+TEST_CASE("voxels are given up no sooner than all rows were learned from three times") {
+  const TrainingSet set = small_set(6);
+  TrainerOptions options = small_options(set);
+  options.grid.n_levels = 1;
+  const auto first_pruning = [&](int rows_per_step) {
+    options.rows_per_step = rows_per_step;
+    Trainer trainer(set, options);
+    const auto none_yet = [&] { return trainer.checkpoint().json.find("\"prunings\":0") != std::string::npos; };
+    int n = 0;
+    for (; n < kSteps && none_yet(); ++n) trainer.step(double(n) / kSteps);
+    return n;
+  };
+  // The last call, of step n, prunes before it learns: n − 1 steps were done.
+  const int n = first_pruning(12), n_twice = first_pruning(24);
+  CHECK(n - 1 == 2 * (n_twice - 1));
+  CHECK((n - 1) * 12 <= 3 * 6 * 8);
+  CHECK((n - 1) * 12 > 2 * 6 * 8);
+}
+
 TEST_CASE("a checkpoint of other options is refused") {
   const TrainingSet set = small_set(3);
   TrainerOptions options = small_options(set);

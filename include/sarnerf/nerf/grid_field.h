@@ -19,6 +19,8 @@ namespace sarnerf {
 struct GridOptions {
   double voxel_size_m = 0.2;
   int n_levels = 2;         ///< voxels begin 2^(n_levels − 1) times as large and are halved on the way
+  int level_steps = 25;         ///< fewest steps with voxels of one size before they are halved
+  int refine_steps_left = 60;   ///< they are not, unless so many more are to come at the pace of those so far
   int harmonics_degree = 2;
   double density_rate = 0.3, source_rate = 0.05;  ///< largest learning rates of a and b_lm
   double initial_depth = 0.3;       ///< two-way optical depth of a voxel to begin with
