@@ -123,7 +123,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
       ->type_name("N")
       ->capture_default_str()
       ->group(group);
-  p.add_option("--views", views, "Views of --against that all are scored on, evenly spread")
+  p.add_option("--views", views, "Views of --against that all are scored on, spread over them")
       ->type_name("N")
       ->capture_default_str()
       ->group(group);

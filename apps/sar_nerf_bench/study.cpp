@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <numeric>
+#include <set>
 
 #include "contestant.h"
 #include "sarnerf/core/error.h"
@@ -19,7 +21,7 @@ namespace {
 /// From one score of a run to the next, its time grows by this factor at least.
 constexpr double kScoreEvery = 1.25;
 
-/// Both datasets, and which views of the second are scored.
+/// What is learned from.
 struct Material {
   std::filesystem::path folder;
   Dataset dataset;
@@ -29,6 +31,18 @@ struct Material {
     return training_set(load_images(folder, dataset, all, monitor), dataset.scene_box_m);
   }
 };
+
+/// Up to `most` of `count` places, spread by the golden ratio: evenly, but out of step with any period.
+/// Views at equal distances might all stand equally far from the training views, which stand at equal
+/// distances themselves.
+std::vector<std::size_t> scattered_places(std::size_t count, std::size_t most) {
+  std::set<std::size_t> places;
+  for (double n = 0.0; places.size() < std::min(count, most); n += 1.0) {
+    const double turns = (n + 0.5) * std::numbers::phi;
+    places.insert(static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(count)));
+  }
+  return {places.begin(), places.end()};
+}
 
 std::vector<PosedImage> judged_views(const Options& o, const Dataset& dataset,
                                      const Monitor& monitor) {
@@ -42,7 +56,7 @@ std::vector<PosedImage> judged_views(const Options& o, const Dataset& dataset,
   if (unseen.empty())
     throw UsageError(name + ": expected views that are not trained on, found none");
   std::vector<std::size_t> chosen;
-  for (const std::size_t n : app::spread_places(unseen.size(), o.n_views))
+  for (const std::size_t n : scattered_places(unseen.size(), o.n_views))
     chosen.push_back(unseen[n]);
   std::vector<PosedImage> views = load_images(o.against, other, chosen, monitor);
   for (PosedImage& view : views) view.acquisition.aim_m = glm::dvec3(0.0);
