@@ -30,7 +30,7 @@ struct Loading {
 /// `finished` is called with what is there after each run. A run that diverges ends there and says so.
 ///
 /// A run is scored about every quarter of its time, and at the end; while that goes on its clock stands
-/// still. No run is scored for longer than it has learned, but for the end.
+/// still. Nor is a run scored for longer than it has learned, but for the last score.
 ///
 /// Throws InputError for bad datasets, UsageError where the two do not belong together, Interrupted when
 /// the monitor asks for it.
