@@ -105,7 +105,8 @@ std::optional<Options> parse_options(int argc, char** argv) {
       ->type_name("FOLDER")
       ->required();
   const char* group = "Study";
-  p.add_option("--against", against, "Dataset of the same scene whose views are predicted; those trained on are left out")
+  p.add_option("--against", against,
+               "Dataset of the same scene whose views are predicted; those trained on are left out")
       ->type_name("FOLDER")
       ->required()
       ->group(group);

@@ -64,7 +64,8 @@ TEST_CASE("a plain row is the sum over rays of scattering behind inclusive produ
     for (int k = 0; k < 6; ++k) {
       double transmittance = 1.0;
       for (int j = 0; j < 6; ++j) {
-        const glm::vec3 point(grid.point_from_aim_m(a.row_offset_m(i), a.bin_offset_m(j), k)), direction(grid.direction(k));
+        const glm::vec3 point(grid.point_from_aim_m(a.row_offset_m(i), a.bin_offset_m(j), k));
+        const glm::vec3 direction(grid.direction(k));
         const std::vector<std::uint32_t> ray_begin{0, 1};
         const MlpOutput out = mlp_forward(in_double, {&point, 1}, {&direction, 1}, ray_begin, MlpKernel::plain);
         const double sigma = std::max(0.0, out.sigma_raw.item<double>());
