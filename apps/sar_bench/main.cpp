@@ -10,6 +10,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "accuracy_diagram.h"
+#include "learning.h"
 #include "sarnerf/report/raster.h"
 #include "studies.h"
 #include "study_accuracy.h"
@@ -136,6 +137,8 @@ void run(int argc, char** argv) {
   CLI::App* voxel = app.add_subcommand(
       "voxel", "Voxel engine beside the surface engine: time, error and memory over voxel sizes");
   add_common(*voxel, o);
+  app.add_subcommand("learning", "Held-out PSNR against seconds, each field and plain LibTorch (sar_nerf_bench)");
+  if (argc > 1 && std::string(argv[1]) == "learning") sarnerf::bench::become_learning_bench(argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {

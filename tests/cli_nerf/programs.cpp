@@ -120,3 +120,12 @@ Outcome SmallScene::train(const std::vector<std::string>& arguments, const Signa
 Outcome SmallScene::render(const std::vector<std::string>& arguments, const Signal& signal) const {
   return run_program(SAR_NERF_RENDER, arguments, path(), signal);
 }
+
+Outcome SmallScene::bench(const std::vector<std::string>& arguments) const {
+  return run(SAR_NERF_BENCH, arguments);
+}
+
+Outcome SmallScene::run(const std::string& program,
+                        const std::vector<std::string>& arguments) const {
+  return run_program(program, arguments, path(), {});
+}

@@ -29,6 +29,8 @@ class SmallScene : public ScratchFolder {
 
   Outcome train(const std::vector<std::string>& arguments, const Signal& signal = {}) const;
   Outcome render(const std::vector<std::string>& arguments, const Signal& signal = {}) const;
+  Outcome bench(const std::vector<std::string>& arguments) const;
+  Outcome run(const std::string& program, const std::vector<std::string>& arguments) const;
 
   /// Writes another dataset of the same points into a folder.
   void write_dataset(const std::string& name, int n_views, double first_azimuth_deg,

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <torch/optim/adam.h>
+
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "contestant.h"
+#include "sarnerf/geometry/ray_grid.h"
+#include "sarnerf/nerf/mlp_network.h"
+
+namespace sarnerf::bench {
+
+struct PlainOptions {
+  MlpShape shape;                   ///< the paper's: 8 × 256, 10 and 4 frequencies
+  double rate = 1e-3;               ///< of Adam, constant
+  int warm_up_steps = 10;           ///< over which the rate rises to that
+  double initial_depth = 0.2;       ///< as MlpOptions has it: what begins empty stays empty
+  double initial_brightness = 0.3;  ///< the same
+  std::uint64_t seed = 1;
+};
+
+/// The paper's way of learning, in LibTorch's own operations: what the field `mlp` is measured
+/// against. Printed eqs. 8–12, 24–31:
+///
+///     I_ij = (r_j Δθ / Δr) Σ_k S T tanh σ,   T = exp(−Σ_{j' ≤ j} σ),   σ = ReLU(σ_r)
+///
+/// A step renders one whole view, drawn in turn: all its azimuth rows, on each as many elevation rays
+/// as there are range bins, over the angles under which the scene's box is seen, at every bin. The
+/// network is evaluated at all of these points, in float32, with LibTorch's autograd. Nothing is carved,
+/// skipped or remembered, and no native kernel takes part. Gradients are summed row by row, since those
+/// of a whole view need 50 GB.
+///
+/// Where the paper is silent: the number of rays; Adam with a constant rate, relative to the peak;
+/// S = s ln(1 + e^{S_r}) and the fog to begin with, without which ReLU learns nothing, as in MlpField.
+class PlainLearner : public Contestant {
+ public:
+  PlainLearner(TrainingSet set, const PlainOptions& options);
+
+  void step(double progress) override;
+
+  /// By the processor's best kernel: what it errs by as bf16 is far below what is left to learn, and
+  /// the study need not wait for minutes. No part of learning.
+  Image<float> render(const Acquisition& acquisition) const override;
+
+  /// One azimuth row, [n_range] float32, differentiable by the parameters.
+  torch::Tensor render_row(const RayGrid& grid, int row, MlpKernel kernel) const;
+
+  /// The rays that an acquisition is sampled by.
+  RayGrid rays(const Acquisition& acquisition) const;
+
+  /// Mean square over the pixels of the last step's view, relative to the peak's square.
+  double last_loss() const { return last_loss_; }
+  const MlpNetwork& network() const { return network_; }
+  double source_scale() const { return set_.bright; }
+
+ private:
+  TrainingSet set_;
+  PlainOptions options_;
+  MlpNetwork network_;
+  std::unique_ptr<torch::optim::Adam> adam_;
+  std::mt19937_64 random_;
+  std::vector<std::size_t> order_;  ///< of the views that have not had their turn
+  std::int64_t n_steps_ = 0;
+  double last_loss_ = 0.0;
+};
+
+}  // namespace sarnerf::bench

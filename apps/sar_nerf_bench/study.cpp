@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <numeric>
+#include <set>
+
+#include "contestant.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/metrics.h"
+#include "sarnerf/dataset/evaluation.h"
+#include "view_choice.h"
+#include "work_clock.h"
+
+namespace sarnerf::bench {
+namespace {
+
+/// From one score of a run to the next, its time grows by this factor at least.
+constexpr double kScoreEvery = 1.25;
+
+/// What is learned from.
+struct Material {
+  std::filesystem::path folder;
+  Dataset dataset;
+  std::vector<std::size_t> all;  ///< views of `dataset`
+
+  TrainingSet read(const Monitor& monitor) const {
+    return training_set(load_images(folder, dataset, all, monitor), dataset.scene_box_m);
+  }
+};
+
+/// Up to `most` of `count` places, spread by the golden ratio: evenly, but out of step with any period.
+/// Views at equal distances might all stand equally far from the training views, which stand at equal
+/// distances themselves.
+std::vector<std::size_t> scattered_places(std::size_t count, std::size_t most) {
+  std::set<std::size_t> places;
+  for (double n = 0.0; places.size() < std::min(count, most); n += 1.0) {
+    const double turns = (n + 0.5) * std::numbers::phi;
+    places.insert(static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(count)));
+  }
+  return {places.begin(), places.end()};
+}
+
+std::vector<PosedImage> judged_views(const Options& o, const Dataset& dataset,
+                                     const Monitor& monitor) {
+  const Dataset other = read_manifest(o.against);
+  const std::string name = "--against " + o.against.string();
+  if (glm::distance(dataset.aim_m, other.aim_m) > 1e-3 ||
+      dataset.calibration != other.calibration)
+    throw UsageError(name + ": shows another place, or is calibrated in another way, than " +
+                     o.training.string() + "; use views of the same scene, aim and calibration");
+  const std::vector<std::size_t> unseen = app::unseen_views(other.views, dataset.views);
+  if (unseen.empty())
+    throw UsageError(name + ": expected views that are not trained on, found none");
+  std::vector<std::size_t> chosen;
+  for (const std::size_t n : scattered_places(unseen.size(), o.n_views))
+    chosen.push_back(unseen[n]);
+  std::vector<PosedImage> views = load_images(o.against, other, chosen, monitor);
+  for (PosedImage& view : views) view.acquisition.aim_m = glm::dvec3(0.0);
+  return views;
+}
+
+std::string title_of(const LearningRun& run) {
+  char text[80];
+  std::snprintf(text, sizeof text, "%s, %g s, seed %llu", run.field.c_str(), run.planned_s,
+                static_cast<unsigned long long>(run.seed));
+  return text;
+}
+
+LearningRun learn(LearningRun run, const Material& material, const Judge& judge,
+                  const Loading& loading, app::Console& console, const Monitor& monitor) {
+  const std::string title = title_of(run);
+  WorkClock clock(loading.seconds, loading.cpu_seconds);
+  const auto contestant = make_contestant(run.field, material.read(monitor), run.seed);
+  run.start_s = clock.seconds();
+  double scored_s = 0.0, next_s = 0.0, step_s = 0.0;
+  std::int64_t n_steps = 0;
+  // One step at least: what has learned nothing is of no use.
+  for (bool ended = false; !ended;) {
+    const double before_s = clock.seconds();
+    try {
+      contestant->step(std::min(before_s / run.planned_s, std::nextafter(1.0, 0.0)));
+    } catch (const NumericsError& e) {
+      run.diverged = e.what();
+      return run;
+    }
+    ++n_steps;
+    step_s = clock.seconds() - before_s;
+    ended = clock.seconds() + step_s >= run.planned_s;
+    clock.stop();
+    if (monitor.stop_requested())
+      throw Interrupted("interrupted; the runs that had ended are saved");
+    if (ended || clock.seconds() >= next_s) {
+      const double begin_s = WorkClock::now_s();
+      const double psnr_db = judge.psnr_db(
+          [&](const Acquisition& view) { return contestant->render(view); });
+      run.points.push_back({clock.seconds(), clock.cpu_seconds(), n_steps, psnr_db});
+      scored_s += WorkClock::now_s() - begin_s;
+      next_s = std::max(kScoreEvery * clock.seconds(), run.start_s + scored_s);
+    }
+    char detail[60] = "";
+    std::snprintf(detail, sizeof detail, "%.2f dB", run.points.back().psnr_db);
+    console.progress(title, static_cast<std::uint64_t>(clock.seconds()),
+                     static_cast<std::uint64_t>(std::ceil(run.planned_s)) + 1, detail);
+    clock.go_on();
+  }
+  return run;
+}
+
+}  // namespace
+
+double Judge::psnr_db(const std::function<Image<float>(const Acquisition&)>& render) const {
+  double sum_db = 0.0;
+  for (const PosedImage& view : views)
+    sum_db += std::min(kMostPsnr_db,
+                       sarnerf::psnr_db(render(view.acquisition), view.power, peak_power));
+  return sum_db / static_cast<double>(views.size());
+}
+
+void study_learning(const Options& o, const Loading& loading, app::Console& console,
+                    const Monitor& monitor,
+                    const std::function<void(const LearningStudy&)>& finished) {
+  Material material{o.training, read_manifest(o.training), {}};
+  if (material.dataset.views.empty())
+    throw InputError(o.training.string() + ": the dataset has no view to learn from");
+  material.all.resize(material.dataset.views.size());
+  std::iota(material.all.begin(), material.all.end(), std::size_t{0});
+  const TrainingSet set = material.read(monitor);
+  const Judge judge{judged_views(o, material.dataset, monitor), double{set.peak}};
+
+  LearningStudy study;
+  study.dataset = o.training.string();
+  study.n_training_views = static_cast<int>(material.all.size());
+  study.peak_power = judge.peak_power;
+  for (const PosedImage& view : judge.views) study.views.push_back(view.name);
+  EvaluationSettings settings;
+  settings.peak_power = judge.peak_power;
+  const Evaluation baselines = evaluate(judge.views, {}, set.images, settings, monitor);
+  for (const MethodScores& method : baselines.baselines)
+    study.baselines.emplace_back(method.name, method.mean.psnr_power_db);
+
+  for (const auto& [field, times_s] : o.contest) {
+    for (const double planned_s : times_s) {
+      for (int seed = 1; seed <= o.n_seeds; ++seed) {
+        LearningRun run;
+        run.field = field;
+        run.planned_s = planned_s;
+        run.seed = static_cast<std::uint64_t>(seed);
+        study.runs.push_back(learn(std::move(run), material, judge, loading, console, monitor));
+        const LearningRun& ended = study.runs.back();
+        if (!ended.diverged.empty()) {
+          console.warning(title_of(ended) + ": " + ended.diverged);
+        } else {
+          char text[120];
+          std::snprintf(text, sizeof text, "%s: %.2f dB after %.2f s and %lld steps",
+                        title_of(ended).c_str(), ended.points.back().psnr_db,
+                        ended.points.back().seconds,
+                        static_cast<long long>(ended.points.back().step));
+          console.note(text);
+        }
+        finished(study);
+      }
+    }
+  }
+}
+
+}  // namespace sarnerf::bench
