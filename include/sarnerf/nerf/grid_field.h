@@ -24,7 +24,7 @@ struct GridOptions {
   int harmonics_degree = 2;
   double density_rate = 0.3, source_rate = 0.05;  ///< largest learning rates of a and b_lm
   double initial_depth = 0.3;       ///< two-way optical depth of a voxel to begin with
-  double ground_depth = 3.0;        ///< the same of the voxels of a level ground, where the images show one
+  double ground_depth = 10.0;       ///< the same of the voxels of a level ground, where the images show one
   double initial_brightness = 0.3;  ///< of the scale
   double prune_depth = 0.03;        ///< voxels of less two-way depth are given up
   double prune_exposure = 1e-4;     ///< those that return less of their brightness, in pixels a view, too
