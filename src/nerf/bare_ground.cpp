@@ -35,14 +35,15 @@ double median_of_positive(const Image<float>& image) {
   return median(values);
 }
 
-/// Value of a view at a point of the plane; negative outside of its swath.
+/// Value of a view at a point of the plane; negative outside of its swath, which goes on for a pixel here, so that cells
+/// around its outermost pixels have values.
 double seen(const PosedImage& image, const RadarFrame& frame, const glm::dvec3& point_m) {
   const Acquisition& a = image.acquisition;
   const RadarPoint p = project(a, frame, point_m);
   const double i = p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1);
   const double j = p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1);
-  if (i < 0.0 || i > a.n_azimuth - 1 || j < 0.0 || j > a.n_range - 1) return -1.0;
-  return bilinear(image.power, i, j);
+  if (i < -1.0 || i > a.n_azimuth || j < -1.0 || j > a.n_range) return -1.0;
+  return bilinear(image.power, std::clamp(i, 0.0, a.n_azimuth - 1.0), std::clamp(j, 0.0, a.n_range - 1.0));
 }
 
 /// Views spread evenly over the set.

@@ -9,29 +9,26 @@
 namespace sarnerf {
 namespace {
 
-constexpr int kStandingTurns = 4;
+constexpr int kStandingTurns = 3;
 
 /// In [0, 1), the same on every platform.
 double unit_random(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 /// Fisher and Yates; std::shuffle differs from library to library.
-void shuffle(std::vector<RowReference>& rows, std::mt19937_64& random) {
+template <class Entry>
+void shuffle(std::vector<Entry>& rows, std::mt19937_64& random) {
   for (std::size_t n = rows.size(); n > 1; --n)
     std::swap(rows[n - 1], rows[static_cast<std::size_t>(unit_random(random) * static_cast<double>(n))]);
 }
 
 }  // namespace
 
-RowQueue::RowQueue(const TrainingSet& set, const LearnedField& field, std::uint64_t seed) : random_(seed) {
-  keep_rows_that_see(set, field);
-}
-
 void RowQueue::keep_rows_that_see(const TrainingSet& set, const LearnedField& field) {
-  rows_ = rows_that_see(set, field.occupied_box_m());
+  rows_.clear();
+  for (const RowReference& row : rows_that_see(set, field.occupied_box_m())) rows_.push_back({row, false});
   if (set.ground) {
-    const std::vector<RowReference> standing = rows_that_see(set, field.standing_box_m(set.ground->height_m));
-    if (standing.size() < rows_.size())
-      for (int turn = 1; turn < kStandingTurns; ++turn) rows_.insert(rows_.end(), standing.begin(), standing.end());
+    for (const RowReference& row : rows_that_see(set, field.standing_box_m(set.ground->height_m)))
+      rows_.insert(rows_.end(), kStandingTurns, {row, true});
   }
   next_ = rows_.size();
 }
@@ -41,17 +38,18 @@ RowQueue::Draw RowQueue::next() {
     shuffle(rows_, random_);
     next_ = 0;
   }
-  const RowReference row = rows_[next_++];
+  const Entry entry = rows_[next_++];
   const double along_track = unit_random(random_);
-  return {row, along_track, unit_random(random_)};
+  return {entry.row, entry.standing, along_track, unit_random(random_)};
 }
 
 void RowQueue::save(Archive& archive) const {
-  torch::Tensor rows = torch::empty({static_cast<std::int64_t>(rows_.size()), 2}, torch::kLong);
+  torch::Tensor rows = torch::empty({static_cast<std::int64_t>(rows_.size()), 3}, torch::kLong);
   auto* out = rows.data_ptr<std::int64_t>();
-  for (const RowReference& r : rows_) {
-    *out++ = r.view;
-    *out++ = r.row;
+  for (const Entry& entry : rows_) {
+    *out++ = entry.row.view;
+    *out++ = entry.row.row;
+    *out++ = entry.standing ? 1 : 0;
   }
   archive.tensors["rows"] = rows;
   std::ostringstream random;
@@ -61,11 +59,12 @@ void RowQueue::save(Archive& archive) const {
 
 void RowQueue::restore(const Archive& archive, const std::string& where) {
   const torch::Tensor rows = archive.tensor("rows", torch::kLong, 2, where).contiguous();
+  if (rows.size(1) != 3) throw CheckpointError(where + ": the order of the rows is damaged");
   const Json text = text_of(archive, "row_queue", where);
   rows_.clear();
   const auto* in = rows.data_ptr<std::int64_t>();
-  for (std::int64_t n = 0; n < rows.size(0); ++n, in += 2)
-    rows_.push_back({static_cast<std::uint32_t>(in[0]), static_cast<std::uint32_t>(in[1])});
+  for (std::int64_t n = 0; n < rows.size(0); ++n, in += 3)
+    rows_.push_back({{static_cast<std::uint32_t>(in[0]), static_cast<std::uint32_t>(in[1])}, in[2] != 0});
   next_ = member<std::size_t>(text, "next", where);
   std::istringstream random(member<std::string>(text, "random", where));
   if (!(random >> random_) || next_ > rows_.size())

@@ -10,17 +10,19 @@
 
 namespace sarnerf {
 
-/// Azimuth rows of all views in random order: each comes once before any comes again. Rows that see what stands on a
-/// level ground come four times as often as those of the bare ground, which has less to teach.
+/// Azimuth rows of all views in random order: each comes once before any comes again. Over a level ground, which has
+/// less to teach than what stands on it, the parts of rows that show that come three times more.
 class RowQueue {
  public:
   struct Draw {
     RowReference row;
+    bool standing;                          ///< only the part that shows what stands on a level ground
     double along_track_jitter, fan_jitter;  ///< in [0, 1)
   };
 
   RowQueue() = default;
-  RowQueue(const TrainingSet& set, const LearnedField& field, std::uint64_t seed);
+  /// Empty until keep_rows_that_see().
+  explicit RowQueue(std::uint64_t seed) : random_(seed) {}
 
   /// Begins anew with the rows that see the field's matter.
   void keep_rows_that_see(const TrainingSet& set, const LearnedField& field);
@@ -34,7 +36,11 @@ class RowQueue {
 
  private:
   std::mt19937_64 random_;
-  std::vector<RowReference> rows_;
+  struct Entry {
+    RowReference row;
+    bool standing;
+  };
+  std::vector<Entry> rows_;
   std::size_t next_ = 0;
 };
 

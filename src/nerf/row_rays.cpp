@@ -16,9 +16,11 @@ struct Comb {
   double first;  ///< number of the first ray, counted from the aim point
 };
 
-Comb comb_over(const Acquisition& acquisition, const Box& box_m, double spacing_m, double jitter) {
-  const auto [low, high] = angular_extent(acquisition, box_m);
-  const double step = spacing_m / acquisition.slant_range_m;
+Comb comb_over(const RowRequest& request, const Box& box_m, double spacing_m) {
+  const auto extent = angular_extent(request.acquisition, box_m);
+  const double low = std::max(extent.first, request.least_angle_rad);
+  const double high = std::min(extent.second, request.most_angle_rad);
+  const double step = spacing_m / request.acquisition.slant_range_m, jitter = request.fan_jitter;
   // Ray n has the angle (n + jitter) step; the fan begins half a step before its first ray.
   const double first = std::ceil(low / step - jitter), last = std::floor(high / step - jitter);
   return {{(first + jitter - 0.5) * step, step, std::max(0, static_cast<int>(last - first) + 1)},
@@ -31,7 +33,7 @@ Fan for_each_ray(const RowRequest& request, const Box& box_m, const RaySampling&
                  const VisitRay& visit) {
   if (box_m.empty()) return {};
   const Acquisition& a = request.acquisition;
-  const Comb comb = comb_over(a, box_m, sampling.ray_spacing_m, request.fan_jitter);
+  const Comb comb = comb_over(request, box_m, sampling.ray_spacing_m);
   const RayGrid rays(a, comb.fan);
   for (int m = 0; m < sampling.sub_rows; ++m) {
     for (int k = 0; k < comb.fan.n_elevation; ++k) {

@@ -9,6 +9,7 @@
 #include "field_learner.h"
 #include "row_queue.h"
 #include "sarnerf/core/error.h"
+#include "standing_view.h"
 #include "trainer_json.h"
 
 namespace sarnerf {
@@ -36,6 +37,18 @@ struct Trainer::State {
   double mean_square_of_set = 0.0;
   double least_loss = std::numeric_limits<double>::infinity();
 
+  std::vector<StandingView> standing;  ///< of each view, over a level ground
+
+  /// The queue's rows, or with `resume` only what goes with them, after the field's space has changed.
+  void look_at_field(bool resume) {
+    if (!resume) queue.keep_rows_that_see(set, learner->field());
+    standing.clear();
+    if (!set.ground) return;
+    const Box box_m = learner->field().standing_box_m(set.ground->height_m);
+    for (const PosedImage& image : set.images)
+      standing.push_back(standing_view(image.acquisition, box_m, set.ground->height_m));
+  }
+
   RaySampling sampling(double progress) const {
     const LearnedField& field = learner->field();
     double most_m = std::numeric_limits<double>::infinity();
@@ -57,7 +70,8 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options) : state_(std::m
   state_->learner = make_learner(state_->set, options);
   for (const PosedImage& image : state_->set.images)
     state_->mean_square_of_set += mean_square(image.power.pixels()) / static_cast<double>(state_->set.images.size());
-  state_->queue = RowQueue(state_->set, state_->learner->field(), options.seed);
+  state_->queue = RowQueue(options.seed);
+  state_->look_at_field(false);
 }
 
 Trainer::~Trainer() = default;
@@ -65,17 +79,26 @@ Trainer::~Trainer() = default;
 StepReport Trainer::step(double progress) {
   State& s = *state_;
   if (s.learner->adapt(progress, s.set, s.sampling(0.0)))
-    s.queue.keep_rows_that_see(s.set, s.learner->field());
+    s.look_at_field(false);
 
   std::vector<RowRequest> rows;
-  std::vector<float> wanted;
+  std::vector<float> wanted, counts;  // pixels, and 1 where they count
   for (int n = 0; n < s.options.rows_per_step && !s.queue.empty(); ++n) {
     const RowQueue::Draw draw = s.queue.next();
     const PosedImage& image = s.set.images[draw.row.view];
     const auto i = static_cast<int>(draw.row.row);
-    rows.push_back({image.acquisition, i, draw.along_track_jitter, draw.fan_jitter});
+    RowRequest request{image.acquisition, i, draw.along_track_jitter, draw.fan_jitter};
+    StandingView part{request.least_angle_rad, request.most_angle_rad, 0, image.power.n_range()};
+    if (draw.standing) part = s.standing[draw.row.view];
+    request.least_angle_rad = part.least_angle_rad;
+    request.most_angle_rad = part.most_angle_rad;
+    rows.push_back(request);
     const auto pixels = image.power.row(i);
-    wanted.insert(wanted.end(), pixels.begin(), pixels.end());
+    for (int j = 0; j < image.power.n_range(); ++j) {
+      const bool inside = j >= part.first_bin && j < part.end_bin;
+      wanted.push_back(inside ? pixels[static_cast<std::size_t>(j)] : 0.0f);
+      counts.push_back(inside ? 1.0f : 0.0f);
+    }
   }
   double loss = 0.0;
   if (!rows.empty()) {
@@ -83,8 +106,9 @@ StepReport Trainer::step(double progress) {
     const auto n = static_cast<std::int64_t>(wanted.size());
     const torch::Tensor truth = torch::from_blob(wanted.data(), {n}, torch::kFloat);
     const torch::Tensor pixels = s.learner->field().render_rows(rows, s.sampling(progress));
-    const torch::Tensor squares = (pixels - truth).square().sum() * inverse_peak2;
-    loss = squares.item<double>() / static_cast<double>(n);
+    const torch::Tensor counting = torch::from_blob(counts.data(), {n}, torch::kFloat);
+    const torch::Tensor squares = ((pixels - truth) * counting).square().sum() * inverse_peak2;
+    loss = squares.item<double>() / std::max(1.0, counting.sum().item<double>());
     const double black = inverse_peak2 * (mean_square(wanted) + s.mean_square_of_set);
     if (!std::isfinite(loss) || (loss > kDivergence * s.least_loss && loss > kWorseThanBlack * black))
       throw NumericsError("training diverges: at step " + std::to_string(s.steps + 1) + " the mean square error is " +
@@ -115,6 +139,7 @@ void Trainer::restore(const Archive& archive, const std::string& where) {
                           options_json(state_->options));
   state_->learner->restore(archive, where);
   state_->queue.restore(archive, where);
+  state_->look_at_field(true);
   state_->steps = saved.steps;
   state_->least_loss = saved.least_loss;
 }

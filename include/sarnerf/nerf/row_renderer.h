@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -25,12 +26,14 @@ struct RaySampling {
 };
 
 /// One azimuth row of one view. `jitter` in [0, 1)² shifts its rays within their spacing, along track and in
-/// the fan: 0.5 is the centred place.
+/// the fan: 0.5 is the centred place. Rays have angles δ within the limits.
 struct RowRequest {
   Acquisition acquisition;  ///< its aim point is the origin of the field's frame
   int row = 0;
   double along_track_jitter = 0.5;
   double fan_jitter = 0.5;
+  double least_angle_rad = -std::numeric_limits<double>::infinity();
+  double most_angle_rad = std::numeric_limits<double>::infinity();
 };
 
 /// Memory of a RowRenderer.
