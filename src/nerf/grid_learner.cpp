@@ -17,40 +17,17 @@ constexpr double kRefinedBy = 0.25;
 /// takes as long as learning from them once, and shows little where little has been learned.
 constexpr double kRowsLearned = 3.0;
 
+/// Share of the learning rates at which a level ground is learned, which begins as the images show it.
+constexpr float kGroundShare = 0.2f;
+
 /// Largest two-way depth of a voxel: more only slows down the way back.
 constexpr double kMostDepth = 40.0;
-
-torch::optim::OptimizerParamGroup group(const torch::Tensor& parameter, double rate) {
-  // Second moments are remembered for a hundred steps: rows are few, and what they show differs. No epsilon to speak
-  // of: gradients of squares relative to the peak are small numbers.
-  auto options = torch::optim::AdamOptions(rate).betas({0.9, 0.99}).eps(1e-15);
-  return {{parameter}, std::make_unique<torch::optim::AdamOptions>(options)};
-}
-
-void require(bool fits, const std::string& where, const char* what) {
-  if (!fits) throw CheckpointError(where + ": " + what + " do not belong together; the file is damaged");
-}
 
 }  // namespace
 
 GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step)
-    : options_(options), rows_per_step_(rows_per_step), field_(initial_grid_field(set, options)) {
-  restart_optimiser();
-}
-
-void GridLearner::restart_optimiser() {
-  adam_ = std::make_unique<torch::optim::Adam>(std::vector<torch::optim::OptimizerParamGroup>{
-      group(field_.log_depth, options_.density_rate), group(field_.coefficients, options_.source_rate)});
-}
-
-std::vector<torch::optim::AdamParamState*> GridLearner::moments() {
-  // LibTorch's keys differ between versions; the numbers of dimensions tell the two parameters apart in all.
-  std::vector<torch::optim::AdamParamState*> states(adam_->state().empty() ? 0 : 2);
-  for (auto& entry : adam_->state()) {
-    auto& state = static_cast<torch::optim::AdamParamState&>(*entry.second);
-    states[state.exp_avg().dim() == 1 ? 0 : 1] = &state;
-  }
-  return states;
+    : options_(options), rows_per_step_(rows_per_step), field_(initial_grid_field(set, options)), adam_(field_) {
+  if (set.ground) ground_height_m_ = set.ground->height_m;
 }
 
 bool GridLearner::adapt(double progress, const TrainingSet& set, const RaySampling& sampling) {
@@ -79,7 +56,7 @@ void GridLearner::refine(double progress) {
   level_progress_ = progress;
   steps_at_level_ = 0;
   steps_since_change_ = 0;
-  restart_optimiser();
+  adam_ = VoxelAdam(field_);
   neighbours_.reset();
 }
 
@@ -97,10 +74,7 @@ void GridLearner::give_up_voxels(const TrainingSet& set, const RaySampling& samp
   steps_since_change_ = 0;
   const auto rows = rows_that_see(set, field_.occupied_box_m());
   const torch::Tensor kept = prune(field_, worth_keeping(field_, set, rows, sampling, options_));
-  for (auto* state : moments()) {
-    state->exp_avg(state->exp_avg().index_select(0, kept));
-    state->exp_avg_sq(state->exp_avg_sq().index_select(0, kept));
-  }
+  adam_.keep(kept);
   neighbours_.reset();
 }
 
@@ -119,15 +93,31 @@ void GridLearner::add_smoothness() {
   add(field_.coefficients, source);
 }
 
+std::vector<float> GridLearner::shares() const {
+  const float* d = field_.log_depth.grad().data_ptr<float>();
+  const float* c = field_.coefficients.grad().data_ptr<float>();
+  const auto n_source = static_cast<std::size_t>(field_.channels().n_source());
+  const GridTransform& transform = field_.transform();
+  std::vector<float> shares(field_.n_active());
+  for (std::size_t n = 0; n < shares.size(); ++n) {
+    if (d[n] == 0.0f && c[n * n_source] == 0.0f) continue;
+    shares[n] = 1.0f;
+    if (!ground_height_m_) continue;
+    const std::uint32_t voxel = field_.active_voxels()[n];
+    const int y = field_.topology().coordinate(voxel / kBrickVoxels).y * kBrickSide + static_cast<int>(voxel >> 3 & 7);
+    if (transform.origin_m.y + transform.voxel_size_m * y <= *ground_height_m_ + 0.25 * transform.voxel_size_m)
+      shares[n] = kGroundShare;
+  }
+  return shares;
+}
+
 void GridLearner::minimise(const torch::Tensor& loss, double rate) {
-  const double largest[] = {options_.density_rate, options_.source_rate};
-  for (std::size_t g = 0; g < 2; ++g)
-    static_cast<torch::optim::AdamOptions&>(adam_->param_groups()[g].options()).lr(rate * largest[g]);
-  adam_->zero_grad();
+  for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
   loss.backward();
+  const std::vector<float> shares = this->shares();
   add_smoothness();
-  adam_->step();
-  torch::NoGradGuard no_grad;
+  const torch::NoGradGuard no_grad;
+  adam_.step(field_, shares, rate * options_.density_rate, rate * options_.source_rate);
   field_.log_depth.clamp_max_(std::log(kMostDepth));
   ++steps_at_level_;
   ++steps_since_change_;
@@ -135,53 +125,27 @@ void GridLearner::minimise(const torch::Tensor& loss, double rate) {
 
 Archive GridLearner::state() const {
   Archive archive = field_.state();
-  auto& self = const_cast<GridLearner&>(*this);
-  const auto states = self.moments();
-  std::vector<std::int64_t> steps;
-  for (std::size_t n = 0; n < states.size(); ++n) {
-    const std::string name = n == 0 ? "density" : "source";
-    archive.tensors["adam_mean_" + name] = states[n]->exp_avg().clone();
-    archive.tensors["adam_square_" + name] = states[n]->exp_avg_sq().clone();
-    steps.push_back(states[n]->step());
-  }
+  adam_.save(archive);
   add_text(archive, "learner", {{"level", level_},
             {"level_progress", level_progress_},
             {"steps_at_level", steps_at_level_},
             {"steps_since_change", steps_since_change_},
             {"prunings", n_prunings_},
-            {"adam_steps", steps}});
+            {"adam_steps", adam_.steps()}});
   return archive;
 }
 
 void GridLearner::restore(const Archive& archive, const std::string& where) {
   field_ = restore_grid_field(archive, where);
   neighbours_.reset();
-  restart_optimiser();
   const Json text = text_of(archive, "learner", where);
   level_ = member<int>(text, "level", where);
   level_progress_ = member<double>(text, "level_progress", where);
   steps_at_level_ = member<std::int64_t>(text, "steps_at_level", where);
   steps_since_change_ = member<std::int64_t>(text, "steps_since_change", where);
   n_prunings_ = member<int>(text, "prunings", where);
-  const auto steps = member<std::vector<std::int64_t>>(text, "adam_steps", where);
-  if (steps.empty()) return;
-  require(steps.size() == 2, where, "the optimiser's steps");
-  // One step with gradients of 0 makes LibTorch build the state that is then filled.
-  for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::zeros_like(parameter);
-  adam_->step();
-  const auto states = moments();
-  for (std::size_t n = 0; n < 2; ++n) {
-    const std::string name = n == 0 ? "density" : "source";
-    const auto dimensions = static_cast<std::int64_t>(n) + 1;
-    const auto take = [&](const char* kind) {
-      const torch::Tensor t = archive.tensor(kind + name, torch::kFloat, dimensions, where).clone();
-      require(t.sizes() == states[n]->exp_avg().sizes(), where, "the field and its optimiser");
-      return t;
-    };
-    states[n]->exp_avg(take("adam_mean_"));
-    states[n]->exp_avg_sq(take("adam_square_"));
-    states[n]->step(steps[n]);
-  }
+  adam_ = VoxelAdam(field_);
+  adam_.restore(archive, member<std::int64_t>(text, "adam_steps", where), where);
 }
 
 }  // namespace sarnerf

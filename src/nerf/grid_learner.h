@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <torch/optim/adam.h>
-
 #include <optional>
 
 #include "field_learner.h"
 #include "grid_learning.h"
 #include "smoothness.h"
+#include "voxel_adam.h"
 
 namespace sarnerf {
 
@@ -30,14 +29,15 @@ class GridLearner : public FieldLearner {
   int prunings_by(double progress) const;
   bool pruning_is_due(double progress, const TrainingSet& set) const;
   void give_up_voxels(const TrainingSet& set, const RaySampling& sampling);
-  void restart_optimiser();
   void add_smoothness();
-  std::vector<torch::optim::AdamParamState*> moments();
+  /// Shares of the learning rates: 0 for voxels that no ray of the batch met, which have no gradients of the loss.
+  std::vector<float> shares() const;
 
   GridOptions options_;
   int rows_per_step_;
   GridField field_;
-  std::unique_ptr<torch::optim::Adam> adam_;
+  VoxelAdam adam_;
+  std::optional<double> ground_height_m_;
   std::optional<Neighbourhood> neighbours_;  ///< of the present voxels, once it was asked for
   int level_ = 0;                       ///< halvings so far
   double level_progress_ = 0.0;         ///< of the first step since the last one
