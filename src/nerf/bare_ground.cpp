@@ -18,8 +18,10 @@ constexpr std::size_t kLeastViews = 6, kMostViews = 48;
 /// Rounds of estimating the views' gains and the texture from one another.
 constexpr int kRounds = 2;
 /// Deviations from the texture within so many times the usual one are the ground's own, and this much at least.
-constexpr double kAgreeing = 4.0, kLeastTolerance = 0.02;
+constexpr double kAgreeing = 4.0, kLeastTolerance = 0.05;
 constexpr double kMostDeviation = 0.1;
+/// Cells of the texture beyond the box: pixels at its border are looked up between cells.
+constexpr int kBorder = 4;
 
 double median(std::vector<double>& values) {
   if (values.empty()) return 0.0;
@@ -61,10 +63,10 @@ BareGround empty_ground(Views images, const Box& box_m) {
   for (const PosedImage& image : images)
     ground.cell_m = std::min({ground.cell_m, image.acquisition.range_spacing_m, image.acquisition.azimuth_spacing_m});
   const glm::dvec3 size = box_m.size();
-  ground.texture = Image<float>(static_cast<int>(std::ceil(size.x / ground.cell_m)) + 1,
-                                static_cast<int>(std::ceil(size.z / ground.cell_m)) + 1);
-  ground.first_x_m = box_m.min.x;
-  ground.first_z_m = box_m.min.z;
+  const auto n_cells = [&](double side_m) { return static_cast<int>(std::ceil(side_m / ground.cell_m)) + 1 + 2 * kBorder; };
+  ground.texture = Image<float>(n_cells(size.x), n_cells(size.z));
+  ground.first_x_m = box_m.min.x - kBorder * ground.cell_m;
+  ground.first_z_m = box_m.min.z - kBorder * ground.cell_m;
   for (const PosedImage& image : images) {
     ground.gain.push_back(median_of_positive(image.power));
     ground.bare.emplace_back(image.power.n_azimuth(), image.power.n_range(), std::uint8_t{0});

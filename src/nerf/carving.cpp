@@ -117,7 +117,7 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform) {
   const glm::ivec3 first_brick = brick_of_voxel(first), n = brick_of_voxel(last) - first_brick + 1;
   // Bare ground tells nothing of places that hardly any view sees, above the borders of the swaths.
   const int n_views = static_cast<int>(set.images.size());
-  const int least_views = set.ground ? std::max(kBareViews + 1, n_views / 8) : 1;
+  const int least_views = set.ground ? std::max(kBareViews + 1, n_views / 4) : 1;
   const auto may_be_active = [&](const glm::dvec3& point_m) {
     if (!set.ground || point_m.y > set.ground->height_m) return may_hold_matter(views, point_m, margin_m, least_views);
     return point_m.y > set.ground->height_m - transform.voxel_size_m &&

@@ -21,7 +21,7 @@ struct CarvedVoxels {
 /// is given up, too.
 ///
 /// Images with a background that returns power carve nothing so but what lies in front of the swath. Where the set
-/// knows a level ground, a place above it is empty when two views show bare ground in its pixel and all those around, or fewer than three (or an eighth) something else;
+/// knows a level ground, a place above it is empty when two views show bare ground in its pixel and all those around, or fewer than three (or a quarter) something else;
 /// of what lies below, one layer stays where some view sees it. Cost: views × voxels, a few ns
 /// each.
 CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform);
