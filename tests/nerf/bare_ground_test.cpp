@@ -12,6 +12,9 @@ using namespace sarnerf;
 
 namespace {
 
+/// How far around the block the images leave open what is there: their pixels, and those next to it.
+constexpr double kHull_m = 2.5;
+
 bool inside(const Box& box, const glm::dvec3& p, double margin_m) {
   return glm::all(glm::greaterThan(p, box.min - margin_m)) && glm::all(glm::lessThan(p, box.max + margin_m));
 }
@@ -74,7 +77,7 @@ TEST_CASE("bare ground carves all space but what stands on it and the ground its
     if (!active || p.y < 0.0) continue;
     ++n_above;
     n_block += inside(block, p, 0.2) ? 1 : 0;
-    n_far += inside(block, p, 2.5) ? 0 : 1;
+    n_far += inside(block, p, kHull_m) ? 0 : 1;
   }
   CHECK(n_far == 0);
   CHECK(n_above < 4 * n_block);
@@ -87,9 +90,9 @@ TEST_CASE("rays of what stands on the ground make all of its bins") {
   options.n_levels = 1;
   const GridField field = initial_grid_field(set, options);
   const Box standing_m = field.standing_box_m(0.0);
-  constexpr double kBrick_m = (kBrickSide + 1) * 0.4;
-  CHECK(inside(ground_scene_block(), standing_m.min, kBrick_m));
-  CHECK(inside(ground_scene_block(), standing_m.max, kBrick_m));
+  constexpr double kBrick_m = kBrickSide * 0.4;
+  CHECK(inside(ground_scene_block(), standing_m.min, kHull_m + kBrick_m));
+  CHECK(inside(ground_scene_block(), standing_m.max, kHull_m + kBrick_m));
   RaySampling sampling;
   sampling.ray_spacing_m = 0.3;
   sampling.longest_m = 0.4;
