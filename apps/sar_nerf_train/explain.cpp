@@ -2,6 +2,7 @@
 #include "explain.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <set>
 
 #include "values.h"
@@ -18,6 +19,22 @@ std::string sizes_text(const std::vector<DatasetView>& views) {
   return sizes.size() == 1 ? text(*sizes.begin())
                            : text(*sizes.begin()) + " to " + text(*sizes.rbegin()) + ", " +
                                  std::to_string(sizes.size()) + " sizes";
+}
+
+/// What the images show around the scene, and what follows.
+std::string background_text(const TrainingSet& set) {
+  if (!set.ground)
+    return has_background(set.images) ? "returns power, but is no level ground of clear texture: nothing is carved"
+                                      : "dark: what lies in front of the first returns is empty";
+  std::uint64_t n_bare = 0, n = 0;
+  for (const Image<std::uint8_t>& bare : set.ground->bare) {
+    n += bare.pixels().size();
+    for (const std::uint8_t b : bare.pixels()) n_bare += b;
+  }
+  char height[32];
+  std::snprintf(height, sizeof height, "%.3g m", set.ground->height_m);
+  return std::string("level ground, ") + height + " above the aim point, alone in " + std::to_string(100 * n_bare / n) +
+         " % of the pixels: space over it is empty";
 }
 
 }  // namespace
@@ -56,6 +73,7 @@ std::string explain(const Options& o, const Data& data, const Trainer& trainer) 
                               " of --against");
   line("field",
        std::string(trainer.field().kind()) + ", to begin with " + trainer.field().size_text());
+  line("background", background_text(trainer.set()));
   line("until", o.time_s ? std::to_string(*o.time_s) + " s after the program's start"
                          : std::to_string(o.steps) + " steps");
   line("a step", std::to_string(trainer.options().rows_per_step) + " azimuth rows of all views");
