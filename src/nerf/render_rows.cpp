@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "row_rays.h"
 #include "sarnerf/nerf/grid_field.h"
 
 namespace sarnerf {
@@ -29,12 +30,6 @@ struct Pass : torch::CustomClassHolder {
   std::optional<RowRenderer> renderer;
 };
 
-std::int64_t n_pixels(std::span<const RowRequest> rows) {
-  std::int64_t n = 0;
-  for (const RowRequest& row : rows) n += row.acquisition.n_range;
-  return n;
-}
-
 std::span<float> numbers(const torch::Tensor& tensor) {
   return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
 }
@@ -46,7 +41,7 @@ struct RenderRows : torch::autograd::Function<RenderRows> {
                                std::span<const RowRequest> rows) {
     context->saved_data["pass"] = torch::IValue::make_capsule(pass);
     context->save_for_backward({log_depth, coefficients});
-    torch::Tensor pixels = torch::empty({n_pixels(rows)}, torch::kFloat);
+    torch::Tensor pixels = torch::empty({static_cast<std::int64_t>(n_pixels(rows))}, torch::kFloat);
     pass->renderer->forward(rows, numbers(pixels));
     return pixels;
   }
