@@ -50,26 +50,34 @@ FieldSampler::FieldSampler(const BrickView<const float>& grid, const FieldChanne
   check_channels(grid.n_channels, channels);
 }
 
-void FieldSampler::sample(const glm::vec3& direction, std::span<const glm::vec3> points_m,
+void FieldSampler::sample(std::span<const PointsOfRay> rays, std::span<const glm::vec3> points_m,
                           const FieldPoints<float>& out) {
   const auto n_channels = static_cast<std::size_t>(channels_.count());
+  std::size_t ray = 0, taken = 0;  // points of this ray that lie in former blocks
   for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
     const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
     trilinear_.sample(points_m.subspan(begin, n), {samples_.data(), n * n_channels});
-    combine(direction, n,
-            {out.extinction_per_m.subspan(begin, n),
-             channels_.two_extinctions ? out.extinction_back_per_m.subspan(begin, n)
-                                       : std::span<float>{},
-             out.source.subspan(begin, n)});
+    const auto part = [&](std::span<float> all) { return all.empty() ? all : all.subspan(begin, n); };
+    const FieldPoints<float> block{part(out.extinction_per_m), part(out.extinction_back_per_m), part(out.source)};
+    for (std::size_t first = 0; first < n;) {
+      const std::size_t some = std::min(n - first, rays[ray].n_points - taken);
+      combine(rays[ray].direction, first, some, block);
+      first += some;
+      taken += some;
+      if (taken == rays[ray].n_points) {
+        ++ray;
+        taken = 0;
+      }
+    }
   }
 }
 
-void FieldSampler::combine(const glm::vec3& d, std::size_t n_points,
+void FieldSampler::combine(const glm::vec3& d, std::size_t first, std::size_t n_points,
                            const FieldPoints<float>& out) const {
   const auto n_channels = static_cast<std::size_t>(channels_.count());
   const auto first_source = static_cast<std::size_t>(channels_.first_source());
   const auto each = [&](auto&& source_of) {
-    for (std::size_t s = 0; s < n_points; ++s) {
+    for (std::size_t s = first; s < first + n_points; ++s) {
       const float* const sample = &samples_[s * n_channels];
       out.extinction_per_m[s] = sample[0];
       if (channels_.two_extinctions) out.extinction_back_per_m[s] = sample[1];
@@ -105,7 +113,8 @@ void sample_field(const BrickView<const float>& grid, const FieldChannels& chann
                  const auto part = [&](std::span<float> all) {
                    return all.empty() ? all : all.subspan(first, end - first);
                  };
-                 sampler.sample(d, points_m.subspan(first, end - first),
+                 const PointsOfRay mine{d, end - first};
+                 sampler.sample({&mine, 1}, points_m.subspan(first, end - first),
                                 {part(out.extinction_per_m), part(out.extinction_back_per_m),
                                  part(out.source)});
                });

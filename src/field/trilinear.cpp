@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 #include <vector>
 
 #include "cell.h"
@@ -77,18 +78,65 @@ BrickView<T> with_known_channels(BrickView<T> grid) {
   return grid;
 }
 
-/// Calls visit(lowest voxel of the cell, fraction) for each point in turn.
+/// Points that are found before the first of them is read or written: few enough for their voxels to stay in the
+/// first level cache.
+constexpr std::size_t kBlockPoints = 32;
+
+/// Where the voxels around a point are.
+template <class T>
+struct Place {
+  std::array<T*, 8> voxels;  ///< four pairs, or eight corners; corners without a brick are null
+  bool in_pairs;
+};
+
+/// Asks for the values of one or two voxels to be fetched while others are worked on: which bricks a ray meets
+/// next no processor guesses, and waiting for each in turn takes as long as everything else.
+template <class T>
+void prefetch(T* values, std::size_t n) {
+  constexpr bool kToWrite = !std::is_const_v<T>;
+  __builtin_prefetch(values, kToWrite);
+  __builtin_prefetch(values + n - 1, kToWrite);
+}
+
+/// Calls visit(place, fraction) for each point in turn; `nothing` stands for two voxels of no brick.
 template <class T, class Visit>
-void for_each_cell(const BrickView<T>& grid, std::span<const glm::vec3> points_m, Visit&& visit) {
+void for_each_place(const BrickView<T>& grid, BrickFinder& finder, std::span<const glm::vec3> points_m, T* nothing,
+                    Visit&& visit) {
+  const auto n_channels = static_cast<std::size_t>(grid.n_channels);
   Cells cells;
-  for (std::size_t begin = 0; begin < points_m.size(); begin += Cells::kCapacity) {
-    const std::size_t n_points = std::min(Cells::kCapacity, points_m.size() - begin);
+  std::array<Place<T>, kBlockPoints> places;
+  for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
+    const std::size_t n_points = std::min(kBlockPoints, points_m.size() - begin);
     find_cells(grid.transform, points_m.subspan(begin, n_points), cells);
     for (std::size_t n = 0; n < n_points; ++n) {
-      visit(glm::ivec3(cells.voxel[0][n], cells.voxel[1][n], cells.voxel[2][n]),
-            glm::vec3(cells.fraction[0][n], cells.fraction[1][n], cells.fraction[2][n]));
+      const glm::ivec3 voxel(cells.voxel[0][n], cells.voxel[1][n], cells.voxel[2][n]);
+      const std::uint32_t brick = finder.find(brick_of_voxel(voxel));
+      Place<T>& place = places[n];
+      place.in_pairs = brick != kNoBrick && (voxel.z & 7) != 7;
+      if (place.in_pairs) {
+        const std::array<T*, 4> pairs = pairs_of(grid, grid.topology->neighbours(brick), voxel, nothing);
+        for (std::size_t p = 0; p < 4; ++p) {
+          place.voxels[p] = pairs[p];
+          prefetch(pairs[p], 2 * n_channels);
+        }
+      } else if (brick != kNoBrick || crossed_sides(voxel) != 0) {
+        place.voxels = corners_of(grid, finder, voxel);
+        for (T* corner : place.voxels) {
+          if (corner) prefetch(corner, n_channels);
+        }
+      } else {
+        place.voxels.fill(nullptr);
+      }
     }
+    for (std::size_t n = 0; n < n_points; ++n)
+      visit(places[n], glm::vec3(cells.fraction[0][n], cells.fraction[1][n], cells.fraction[2][n]));
   }
+}
+
+/// The four pairs of a place that has them.
+template <class T>
+std::array<T*, 4> pairs(const Place<T>& place) {
+  return {place.voxels[0], place.voxels[1], place.voxels[2], place.voxels[3]};
 }
 
 /// kChannels is the number of channels, or 0 if only `n` knows it. Known, and with results in local
@@ -150,26 +198,21 @@ void sample(const BrickView<const float>& any_grid, BrickFinder& finder,
             std::span<const glm::vec3> points_m, const float* zeros, float* __restrict out) {
   const BrickView<const float> grid = with_known_channels<kChannels>(any_grid);
   const auto n_channels = static_cast<std::size_t>(grid.n_channels);
-  const auto visit = [&](const glm::ivec3& voxel, const glm::vec3& f) {
+  const auto visit = [&](const Place<const float>& place, const glm::vec3& f) {
     const std::array<float, 4> weight = pair_weights(f);
-    const std::uint32_t brick = finder.find(brick_of_voxel(voxel));
-    if (brick != kNoBrick && (voxel.z & 7) != 7) {
-      const auto& bricks = grid.topology->neighbours(brick);
-      mix_pairs<kChannels>(pairs_of(grid, bricks, voxel, zeros), weight, f.z, n_channels, out);
+    if (place.in_pairs) {
+      mix_pairs<kChannels>(pairs(place), weight, f.z, n_channels, out);
     } else {
       for (std::size_t c = 0; c < n_channels; ++c) out[c] = 0.0f;
-      if (brick != kNoBrick || crossed_sides(voxel) != 0) {
-        const std::array<const float*, 8> corners = corners_of(grid, finder, voxel);
-        for (std::size_t n = 0; n < 8; ++n) {
-          if (!corners[n]) continue;
-          const float w = corner_weight(weight, f.z, n);
-          for (std::size_t c = 0; c < n_channels; ++c) out[c] += w * corners[n][c];
-        }
+      for (std::size_t n = 0; n < 8; ++n) {
+        if (!place.voxels[n]) continue;
+        const float w = corner_weight(weight, f.z, n);
+        for (std::size_t c = 0; c < n_channels; ++c) out[c] += w * place.voxels[n][c];
       }
     }
     out += n_channels;
   };
-  for_each_cell(grid, points_m, visit);
+  for_each_place(grid, finder, points_m, zeros, visit);
 }
 
 template <int kChannels>
@@ -179,24 +222,20 @@ void scatter(const BrickView<float>& any_grid, std::span<const glm::vec3> points
   const auto n_channels = static_cast<std::size_t>(grid.n_channels);
   std::vector<float> nowhere(2 * n_channels, 0.0f);
   BrickFinder finder(*grid.topology);
-  const auto visit = [&](const glm::ivec3& voxel, const glm::vec3& f) {
+  const auto visit = [&](const Place<float>& place, const glm::vec3& f) {
     const std::array<float, 4> weight = pair_weights(f);
-    const std::uint32_t brick = finder.find(brick_of_voxel(voxel));
-    if (brick != kNoBrick && (voxel.z & 7) != 7) {
-      const auto& bricks = grid.topology->neighbours(brick);
-      add_to_pairs<kChannels>(pairs_of(grid, bricks, voxel, nowhere.data()), weight, f.z,
-                              n_channels, in);
-    } else if (brick != kNoBrick || crossed_sides(voxel) != 0) {
-      const std::array<float*, 8> corners = corners_of(grid, finder, voxel);
+    if (place.in_pairs) {
+      add_to_pairs<kChannels>(pairs(place), weight, f.z, n_channels, in);
+    } else {
       for (std::size_t n = 0; n < 8; ++n) {
-        if (!corners[n]) continue;
+        if (!place.voxels[n]) continue;
         const float w = corner_weight(weight, f.z, n);
-        for (std::size_t c = 0; c < n_channels; ++c) corners[n][c] += w * in[c];
+        for (std::size_t c = 0; c < n_channels; ++c) place.voxels[n][c] += w * in[c];
       }
     }
     in += n_channels;
   };
-  for_each_cell(grid, points_m, visit);
+  for_each_place(grid, finder, points_m, nowhere.data(), visit);
 }
 
 /// Calls f.operator()<kChannels>() for the numbers of channels that fields have: one or two extinctions

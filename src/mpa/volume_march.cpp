@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "cell_walk.h"
 
 namespace sarnerf {
 namespace {
@@ -13,56 +16,59 @@ constexpr double kSegmentsPerRun = 2.0;
 /// Longest segments that a ray goes on for behind the bin after the last.
 constexpr double kSegmentsBeyond = 8.0;
 
-/// A walk along a straight line through cubes of cells whose size may change from step to step. Which
-/// cube comes next is decided by integers, so that rounding can neither skip one nor stand still.
-class CellWalk {
- public:
-  /// Position in units of cells is start + s · step, with s the range offset (m).
-  CellWalk(const glm::dvec3& start, const glm::dvec3& step, double s) : start_(start), step_(step) {
-    cell_ = whole_below(start_ + s * step_);
-    for (int axis = 0; axis < 3; ++axis) {
-      // A ray that runs along the faces of cells never leaves through them.
-      if (step_[axis] == 0.0) step_[axis] = 1e-30;
-      inverse_[axis] = 1.0 / step_[axis];
-      forward_[axis] = step_[axis] > 0.0 ? 1 : 0;
-    }
+/// Rays that go side by side: enough points a turn to hide how long their voxels take to come from memory.
+constexpr std::size_t kPacketRays = 16;
+
+/// The borders of range bins, met one after the other.
+struct Cuts {
+  double spacing_m = 1.0, n_bins = 0.0;
+  double bin = 0.0, next_m = -std::numeric_limits<double>::infinity();
+
+  double coordinate(double s_m) const { return s_m / spacing_m + 0.5 * n_bins; }
+  double border_m(double j) const { return (j - 0.5 * n_bins) * spacing_m; }
+  void begin_at(double s_m) {
+    // Rounding may put a near end that lies on a border to either side of it.
+    bin = std::floor(s_m / spacing_m + 0.5 * n_bins);
+    next_m = border_m(bin + 1.0);
+    if (next_m <= s_m) next_m = border_m(++bin + 1.0);
   }
-
-  const glm::ivec3& cell() const { return cell_; }
-
-  /// Leaves the cube of `side` cells (a power of two) that holds the present one; returns s there. Free of
-  /// branches where it can be: which side comes next is as good as random.
-  double leave(int side) {
-    const glm::ivec3 low = cell_ & glm::ivec3(-side);
-    const glm::dvec3 border(low + side * forward_);
-    const glm::dvec3 exit = (border - start_) * inverse_;
-    const bool x_before_y = exit.x < exit.y;
-    const double first_two = x_before_y ? exit.x : exit.y;
-    const bool z_first = exit.z < first_two;
-    const int through = z_first ? 2 : x_before_y ? 0 : 1;
-    const double s = z_first ? exit.z : first_two;
-    if (side > 1) {
-      cell_ = glm::clamp(whole_below(start_ + s * step_), low, low + (side - 1));
-    }
-    cell_[through] = low[through] + (forward_[through] != 0 ? side : -1);
-    return s;
-  }
-
- private:
-  /// Floor without a call into the mathematical library, which the baseline instruction set would need.
-  static glm::ivec3 whole_below(const glm::dvec3& at) {
-    constexpr double kLift = 4294967296.0;  // more than any index
-    const auto below = [](double v) {
-      return static_cast<int>(static_cast<std::int64_t>(v + kLift) - static_cast<std::int64_t>(kLift));
-    };
-    return {below(at.x), below(at.y), below(at.z)};
-  }
-
-  glm::dvec3 start_, step_, inverse_;
-  glm::ivec3 cell_, forward_;
 };
 
+/// Appends to an array what the last `n` of another hold, each ray's behind those of the rays before it.
+template <class T>
+void append_sorted(std::vector<T>& to, const std::vector<T>& from, std::span<const std::uint32_t> place) {
+  if (from.empty()) return;
+  const std::size_t first = to.size();
+  to.resize(first + from.size());
+  for (std::size_t s = 0; s < from.size(); ++s) to[first + place[s]] = from[s];
+}
+
 }  // namespace
+
+/// A ray under way: point at range offset s is start + s · direction.
+struct VolumeMarcher::Ray {
+  glm::dvec3 start_m, direction;
+  Cuts cuts;
+  CellWalk walk;
+  double s_m = 0.0, end_m = 0.0;  ///< where the walk is, and where it ends
+  RangeInterval run;              ///< occupied and not yet sampled
+  glm::ivec3 brick{0x7fffffff};
+  std::uint32_t number = kNoBrick;  ///< of that brick
+  double depth = 0.0;
+  bool ended = false;
+};
+
+/// Rays that go side by side, and their segments in the order in which they are found: those of one ray in the order of
+/// range, those of different rays mixed.
+struct VolumeMarcher::Packet {
+  std::array<Ray, kPacketRays> rays;
+  SampleBatch batch;  ///< its rays are not used
+  BatchField field;
+  std::vector<std::uint32_t> ray_of;    ///< of each segment
+  std::vector<std::uint32_t> place;     ///< of each segment among those of all rays, one ray behind the other
+  std::vector<std::size_t> under_way;   ///< rays whose segments wait to be sampled
+  std::vector<PointsOfRay> waiting;     ///< and how many
+};
 
 void BatchField::clear() {
   extinction_per_m.clear();
@@ -87,101 +93,152 @@ VolumeMarcher::VolumeMarcher(const BrickView<const float>& grid, const FieldChan
       finder_(occupancy.bricks()),
       sampler_(grid, channels),
       longest_m_(longest_m),
-      end_depth_(end_depth) {}
+      end_depth_(end_depth),
+      packet_(std::make_unique<Packet>()) {}
 
-void VolumeMarcher::Cuts::begin_at(double s_m) {
-  // Rounding may put a near end that lies on a border to either side of it.
-  bin = std::floor(s_m / spacing_m + 0.5 * n_bins);
-  next_m = border_m(bin + 1.0);
-  if (next_m <= s_m) next_m = border_m(++bin + 1.0);
-}
+VolumeMarcher::~VolumeMarcher() = default;
+VolumeMarcher::VolumeMarcher(VolumeMarcher&&) noexcept = default;
 
-/// Cuts a run at the borders of bins and wherever a segment would be too long, and samples its segments.
-/// Returns their two-way optical depth.
-double VolumeMarcher::append(const Line& line, const RangeInterval& run, Cuts& cuts,
-                             SampleBatch& batch, BatchField& field) {
-  const std::size_t first = batch.n_segments();
-  if (run.near_m >= cuts.next_m) cuts.begin_at(run.near_m);
-  for (double near_m = run.near_m; near_m < run.far_m;) {
-    const double end_m = std::min({cuts.next_m, near_m + longest_m_, run.far_m});
-    batch.bin.push_back(cuts.bin < 0.0 ? kNoBin : static_cast<std::uint32_t>(cuts.bin));
-    batch.length_m.push_back(static_cast<float>(end_m - near_m));
-    field.near_bin.push_back(cuts.coordinate(near_m));
-    batch.point_m.emplace_back(line.start_m + (0.5 * (near_m + end_m)) * line.direction);
-    if (end_m == cuts.next_m) cuts.next_m = cuts.border_m(++cuts.bin + 1.0);
-    near_m = end_m;
-  }
-  const std::size_t n = batch.n_segments() - first;
-  batch.ray_begin.back() = static_cast<std::uint32_t>(first + n);
-  field.extinction_per_m.resize(first + n);
-  field.source.resize(first + n);
-  if (channels_.two_extinctions) field.extinction_back_per_m.resize(first + n);
-  const auto part = [&](std::vector<float>& all) { return std::span(all).subspan(first, n); };
-  sampler_.sample(batch.ray_direction.back(), std::span(batch.point_m).subspan(first, n),
-                  {part(field.extinction_per_m),
-                   channels_.two_extinctions ? part(field.extinction_back_per_m) : std::span<float>{},
-                   part(field.source)});
-  double depth = 0.0;
-  for (std::size_t s = first; s < first + n; ++s) {
-    const float back = channels_.two_extinctions ? field.extinction_back_per_m[s]
-                                                 : field.extinction_per_m[s];
-    depth += static_cast<double>(batch.length_m[s]) *
-             (static_cast<double>(field.extinction_per_m[s]) + static_cast<double>(back));
-  }
-  return depth;
-}
-
-double VolumeMarcher::march(const RayGrid& rays, double along_track_m, int row, int k,
-                            const RangeInterval& interval, SampleBatch& batch, BatchField& field) {
-  begin_ray(batch, rays, row, k);
-  // Nothing behind the last bin is seen, but what a ray emits there says how far its neighbours' power reaches.
+void VolumeMarcher::begin(const RayGrid& rays, const MarchRay& which, Ray& ray) const {
+  ray = {};
   const Acquisition& a = rays.acquisition();
-  Cuts cuts{a.range_spacing_m, double(a.n_range)};
-  const double end_m = std::min(interval.far_m, cuts.border_m(cuts.n_bins + 1.0) + kSegmentsBeyond * longest_m_);
-  if (!(interval.near_m < end_m)) return 0.0;
-  const Line line{rays.point_from_aim_m(along_track_m, 0.0, k), rays.direction(k)};
+  ray.cuts.spacing_m = a.range_spacing_m;
+  ray.cuts.n_bins = double(a.n_range);
+  ray.s_m = which.inside.near_m;
+  // Nothing behind the last bin is seen, but what a ray emits there says how far its neighbours' power reaches.
+  ray.end_m = std::min(which.inside.far_m, ray.cuts.border_m(ray.cuts.n_bins + 1.0) + kSegmentsBeyond * longest_m_);
+  ray.ended = !(ray.s_m < ray.end_m);
+  if (ray.ended) return;
+  ray.start_m = rays.point_from_aim_m(which.along_track_m, 0.0, which.k);
+  ray.direction = rays.direction(which.k);
+  ray.run = {ray.s_m, ray.s_m};
   const double cells_per_m = 1.0 / transform_.voxel_size_m;
-  CellWalk walk((line.start_m - transform_.origin_m) * cells_per_m, line.direction * cells_per_m,
-                interval.near_m);
+  ray.walk = CellWalk((ray.start_m - transform_.origin_m) * cells_per_m, ray.direction * cells_per_m, ray.s_m);
+}
+
+RangeInterval VolumeMarcher::next_run(Ray& ray) {
   const double run_m = kSegmentsPerRun * longest_m_;
-  double depth = 0.0;
-  RangeInterval run{interval.near_m, interval.near_m};  // occupied and not yet sampled
-  const auto flush = [&] {
-    run.far_m = std::min(run.far_m, end_m);
-    if (!run.empty()) depth += append(line, run, cuts, batch, field);
+  const auto take = [&] {
+    const RangeInterval run{ray.run.near_m, std::min(ray.run.far_m, ray.end_m)};
+    ray.run = {ray.s_m, ray.s_m};
+    return run;
   };
-  double s = interval.near_m;
-  glm::ivec3 brick(0x7fffffff);
-  std::uint32_t number = kNoBrick;
-  while (s < end_m && depth < end_depth_) {
-    if (const glm::ivec3 here = brick_of_voxel(walk.cell()); here != brick) {
-      brick = here;
-      number = finder_.find(brick);
+  while (ray.s_m < ray.end_m) {
+    if (const glm::ivec3 here = brick_of_voxel(ray.walk.cell()); here != ray.brick) {
+      ray.brick = here;
+      ray.number = finder_.find(here);
     }
-    if (number != kNoBrick && occupancy_.cell(number, walk.cell())) {
-      if (run.far_m < s) run = {s, s};
-      s = std::max(s, walk.leave(1));
-      run.far_m = s;
-      if (run.far_m - run.near_m >= run_m) {
-        flush();
-        run = {s, s};
+    if (ray.number != kNoBrick && occupancy_.cell(ray.number, ray.walk.cell())) {
+      if (ray.run.far_m < ray.s_m) ray.run = {ray.s_m, ray.s_m};
+      ray.s_m = std::max(ray.s_m, ray.walk.leave(1));
+      ray.run.far_m = ray.s_m;
+      if (ray.run.far_m - ray.run.near_m >= run_m) {
+        if (const RangeInterval run = take(); !run.empty()) return run;
       }
       continue;
     }
-    if (!run.empty()) {
-      flush();
-      run = {s, s};
+    if (!ray.run.empty()) {
+      if (const RangeInterval run = take(); !run.empty()) return run;
     }
     int side = 1;
-    if (number == kNoBrick) {
-      side = kBrickSide * (finder_.in_empty_tile(brick) ? kBrickSide : 1);
-    } else if (!occupancy_.block(number, walk.cell())) {
+    if (ray.number == kNoBrick) {
+      side = kBrickSide * (finder_.in_empty_tile(ray.brick) ? kBrickSide : 1);
+    } else if (!occupancy_.block(ray.number, ray.walk.cell())) {
       side = 2;
     }
-    s = std::max(s, walk.leave(side));
+    ray.s_m = std::max(ray.s_m, ray.walk.leave(side));
   }
-  if (!run.empty() && depth < end_depth_) flush();
-  return depth;
+  return take();
+}
+
+std::size_t VolumeMarcher::cut(Ray& ray, const RangeInterval& run, Packet& packet) const {
+  SampleBatch& batch = packet.batch;
+  const std::size_t first = batch.n_segments();
+  if (run.near_m >= ray.cuts.next_m) ray.cuts.begin_at(run.near_m);
+  for (double near_m = run.near_m; near_m < run.far_m;) {
+    const double end_m = std::min({ray.cuts.next_m, near_m + longest_m_, run.far_m});
+    batch.bin.push_back(ray.cuts.bin < 0.0 ? kNoBin : static_cast<std::uint32_t>(ray.cuts.bin));
+    batch.length_m.push_back(static_cast<float>(end_m - near_m));
+    packet.field.near_bin.push_back(ray.cuts.coordinate(near_m));
+    batch.point_m.emplace_back(ray.start_m + (0.5 * (near_m + end_m)) * ray.direction);
+    if (end_m == ray.cuts.next_m) ray.cuts.next_m = ray.cuts.border_m(++ray.cuts.bin + 1.0);
+    near_m = end_m;
+  }
+  return batch.n_segments() - first;
+}
+
+void VolumeMarcher::sample(std::size_t first, Packet& packet) {
+  BatchField& field = packet.field;
+  const std::size_t n = packet.batch.n_segments();
+  field.extinction_per_m.resize(n);
+  field.source.resize(n);
+  if (channels_.two_extinctions) field.extinction_back_per_m.resize(n);
+  const auto part = [&](std::vector<float>& all) {
+    return all.empty() ? std::span<float>{} : std::span(all).subspan(first);
+  };
+  sampler_.sample(packet.waiting, std::span(packet.batch.point_m).subspan(first),
+                  {part(field.extinction_per_m), part(field.extinction_back_per_m), part(field.source)});
+  const std::vector<float>& back = channels_.two_extinctions ? field.extinction_back_per_m : field.extinction_per_m;
+  std::size_t s = first;
+  for (std::size_t w = 0; w < packet.under_way.size(); ++w) {
+    Ray& ray = packet.rays[packet.under_way[w]];
+    for (const std::size_t end = s + packet.waiting[w].n_points; s < end; ++s) {
+      packet.ray_of.push_back(static_cast<std::uint32_t>(packet.under_way[w]));
+      ray.depth += double{packet.batch.length_m[s]} * (double{field.extinction_per_m[s]} + double{back[s]});
+    }
+    ray.ended = ray.depth >= end_depth_;
+  }
+}
+
+void VolumeMarcher::march_packet(const RayGrid& rays, std::span<const MarchRay> some, SampleBatch& batch,
+                                 BatchField& field) {
+  Packet& packet = *packet_;
+  packet.batch.clear();
+  packet.field.clear();
+  packet.ray_of.clear();
+  for (std::size_t r = 0; r < some.size(); ++r) begin(rays, some[r], packet.rays[r]);
+  do {
+    packet.under_way.clear();
+    packet.waiting.clear();
+    const std::size_t first = packet.batch.n_segments();
+    for (std::size_t r = 0; r < some.size(); ++r) {
+      Ray& ray = packet.rays[r];
+      if (ray.ended) continue;
+      const RangeInterval run = next_run(ray);
+      ray.ended = run.empty();
+      if (ray.ended) continue;
+      packet.under_way.push_back(r);
+      packet.waiting.push_back({glm::vec3(ray.direction), cut(ray, run, packet)});
+    }
+    if (!packet.under_way.empty()) sample(first, packet);
+  } while (!packet.under_way.empty());
+
+  // One ray behind the other, as the batch has them.
+  std::array<std::uint32_t, kPacketRays + 1> next{};
+  for (const std::uint32_t r : packet.ray_of) ++next[r + 1];
+  for (std::size_t r = 0; r < some.size(); ++r) {
+    next[r + 1] += next[r];
+    begin_ray(batch, rays, some[r].row, some[r].k);
+    batch.ray_begin.back() += next[r + 1];
+  }
+  packet.place.clear();
+  for (const std::uint32_t r : packet.ray_of) packet.place.push_back(next[r]++);
+  append_sorted(batch.bin, packet.batch.bin, packet.place);
+  append_sorted(batch.length_m, packet.batch.length_m, packet.place);
+  append_sorted(batch.point_m, packet.batch.point_m, packet.place);
+  append_sorted(field.extinction_per_m, packet.field.extinction_per_m, packet.place);
+  append_sorted(field.extinction_back_per_m, packet.field.extinction_back_per_m, packet.place);
+  append_sorted(field.source, packet.field.source, packet.place);
+  append_sorted(field.near_bin, packet.field.near_bin, packet.place);
+}
+
+void VolumeMarcher::march(const RayGrid& rays, std::span<const MarchRay> some, SampleBatch& batch, BatchField& field,
+                          std::span<double> depth) {
+  for (std::size_t first = 0; first < some.size(); first += kPacketRays) {
+    const std::size_t n = std::min(kPacketRays, some.size() - first);
+    march_packet(rays, some.subspan(first, n), batch, field);
+    for (std::size_t r = 0; r < n && !depth.empty(); ++r) depth[first + r] = packet_->rays[r].depth;
+  }
 }
 
 }  // namespace sarnerf

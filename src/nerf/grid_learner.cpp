@@ -13,8 +13,11 @@ namespace {
 /// Share of the training after which all halvings are done, the first ones sooner.
 constexpr double kRefinedBy = 0.25;
 
-/// How often each row must have been learned from before a pass over all of them looks for voxels to give up: the pass
-/// takes as long as learning from them once, and shows little where little has been learned.
+/// Rows that a pass looks at for voxels to give up, or up to twice as many: enough to meet each voxel from many sides.
+constexpr std::size_t kRowsOfPass = 1000;
+
+/// How often as many rows must have been learned from before the next pass: it takes half as long as learning from them
+/// once, and shows little where little has been learned.
 constexpr double kRowsLearned = 3.0;
 
 /// Share of the learning rates at which a level ground is learned, which begins as the images show it.
@@ -57,32 +60,41 @@ void GridLearner::refine(double progress) {
   steps_at_level_ = 0;
   steps_since_change_ = 0;
   adam_ = VoxelAdam(field_);
+  forget_layout();
+}
+
+void GridLearner::forget_layout() {
   neighbours_.reset();
+  pass_.reset();
+}
+
+const RowsOfPass& GridLearner::pass(const TrainingSet& set) {
+  if (!pass_) pass_ = rows_of_pass(set, field_.occupied_box_m(), kRowsOfPass);
+  return *pass_;
 }
 
 int GridLearner::prunings_by(double progress) const {
   return static_cast<int>(progress * (options_.n_prunings + 1));
 }
 
-bool GridLearner::pruning_is_due(double progress, const TrainingSet& set) const {
+bool GridLearner::pruning_is_due(double progress, const TrainingSet& set) {
   if (progress < options_.prune_from || prunings_by(progress) <= n_prunings_) return false;
-  const auto rows = static_cast<double>(rows_that_see(set, field_.occupied_box_m()).size());
-  return static_cast<double>(steps_since_change_) * rows_per_step_ >= kRowsLearned * rows;
+  const auto n_learned = static_cast<double>(steps_since_change_) * rows_per_step_;
+  return n_learned >= kRowsLearned * static_cast<double>(pass(set).rows.size());
 }
 
 void GridLearner::give_up_voxels(const TrainingSet& set, const RaySampling& sampling) {
   steps_since_change_ = 0;
-  const auto rows = rows_that_see(set, field_.occupied_box_m());
-  const torch::Tensor kept = prune(field_, worth_keeping(field_, set, rows, sampling, options_));
+  const torch::Tensor kept = prune(field_, worth_keeping(field_, set, pass(set), sampling, options_));
   adam_.keep(kept);
-  neighbours_.reset();
+  forget_layout();
 }
 
-void GridLearner::add_smoothness() {
+void GridLearner::add_smoothness(std::span<const float> shares) {
   if (options_.smooth_density == 0.0 && options_.smooth_source == 0.0 && options_.smooth_angular == 0.0) return;
   if (!neighbours_) neighbours_.emplace(field_);
   const auto add = [&](torch::Tensor& parameter, std::span<const float> weights) {
-    neighbours_->add_smoothness_gradient(parameter.data_ptr<float>(), weights,
+    neighbours_->add_smoothness_gradient(parameter.data_ptr<float>(), weights, shares,
                                          parameter.mutable_grad().data_ptr<float>());
   };
   const auto density = static_cast<float>(options_.smooth_density);
@@ -115,7 +127,7 @@ void GridLearner::minimise(const torch::Tensor& loss, double rate) {
   for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
   loss.backward();
   const std::vector<float> shares = this->shares();
-  add_smoothness();
+  add_smoothness(shares);
   const torch::NoGradGuard no_grad;
   adam_.step(field_, shares, rate * options_.density_rate, rate * options_.source_rate);
   field_.log_depth.clamp_max_(std::log(kMostDepth));
@@ -137,7 +149,7 @@ Archive GridLearner::state() const {
 
 void GridLearner::restore(const Archive& archive, const std::string& where) {
   field_ = restore_grid_field(archive, where);
-  neighbours_.reset();
+  forget_layout();
   const Json text = text_of(archive, "learner", where);
   level_ = member<int>(text, "level", where);
   level_progress_ = member<double>(text, "level_progress", where);

@@ -27,9 +27,13 @@ class GridLearner : public FieldLearner {
   bool refinement_is_due(double progress) const;
   void refine(double progress);
   int prunings_by(double progress) const;
-  bool pruning_is_due(double progress, const TrainingSet& set) const;
+  bool pruning_is_due(double progress, const TrainingSet& set);
   void give_up_voxels(const TrainingSet& set, const RaySampling& sampling);
-  void add_smoothness();
+  /// Of the present voxels.
+  const RowsOfPass& pass(const TrainingSet& set);
+  /// What was derived from which voxels there are.
+  void forget_layout();
+  void add_smoothness(std::span<const float> shares);
   /// Shares of the learning rates: 0 for voxels that no ray of the batch met, which have no gradients of the loss.
   std::vector<float> shares() const;
 
@@ -39,6 +43,7 @@ class GridLearner : public FieldLearner {
   VoxelAdam adam_;
   std::optional<double> ground_height_m_;
   std::optional<Neighbourhood> neighbours_;  ///< of the present voxels, once it was asked for
+  std::optional<RowsOfPass> pass_;           ///< likewise
   int level_ = 0;                       ///< halvings so far
   double level_progress_ = 0.0;         ///< of the first step since the last one
   std::int64_t steps_at_level_ = 0;     ///< since then

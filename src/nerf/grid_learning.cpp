@@ -30,6 +30,15 @@ std::vector<RowReference> rows_that_see(const TrainingSet& set, const Box& box_m
   return rows;
 }
 
+RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_wanted) {
+  const std::vector<RowReference> all = rows_that_see(set, box_m);
+  const std::size_t stride = std::max<std::size_t>(1, all.size() / n_wanted);
+  RowsOfPass pass;
+  for (std::size_t n = 0; n < all.size(); n += stride) pass.rows.push_back(all[n]);
+  if (!all.empty()) pass.share = static_cast<double>(pass.rows.size()) / static_cast<double>(all.size());
+  return pass;
+}
+
 namespace {
 
 /// Over the isotropic brightness γ an opaque level ground returns γ cot θ: so many rays meet it in a range bin.
@@ -77,14 +86,38 @@ GridField initial_grid_field(const TrainingSet& set, const GridOptions& options)
   return field;
 }
 
+namespace {
+
+/// Extinction (1/m) and the isotropic coefficient of brightness 1: [n_voxels × 2].
+std::vector<float> grey_values(const GridField& field) {
+  constexpr float kOne = 3.5449077f;  // √(4π)
+  std::vector<float> values(2 * field.n_voxels(), 0.0f);
+  const float* a = field.log_depth.data_ptr<float>();
+  const auto density = static_cast<float>(0.5 / field.transform().voxel_size_m);
+  for (std::size_t n = 0; n < field.n_active(); ++n) {
+    float* const value = &values[2 * std::size_t{field.active_voxels()[n]}];
+    value[0] = density * std::exp(a[n]);
+    value[1] = kOne;
+  }
+  return values;
+}
+
+}  // namespace
+
 std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSet& set,
-                                        std::span<const RowReference> rows, const RaySampling& sampling,
+                                        const RowsOfPass& pass, const RaySampling& sampling,
                                         const GridOptions& options) {
-  const std::vector<float> values = field.values();
-  RowRenderer renderer(field.view(values), field.channels(), field.occupancy(), sampling);
-  // Derivatives of the sum of all pixels by the isotropic coefficients are what voxels return of their brightness.
-  const auto n_channels = static_cast<std::size_t>(field.channels().count());
-  const auto isotropic = static_cast<std::size_t>(field.channels().first_source());
+  const std::span<const RowReference> rows = pass.rows;
+  // Derivatives of the sum of all pixels by the isotropic coefficients are what voxels return of their brightness,
+  // whatever that is: a field of the same extinction and equally bright everywhere does.
+  const FieldChannels grey{false, 0, SourceBasis::harmonics};
+  const std::vector<float> values = grey_values(field);
+  const BrickView<const float> view{&field.topology(), field.transform(), grey.count(), values};
+  RaySampling without_priors = sampling;
+  without_priors.distortion = 0.0;
+  RowRenderer renderer(view, grey, field.occupancy(), without_priors);
+  const auto n_channels = static_cast<std::size_t>(grey.count());
+  const auto isotropic = static_cast<std::size_t>(grey.first_source());
   std::vector<float> exposure(field.n_active() * n_channels), pixels, ones;
   std::vector<double> returned(field.n_active(), 0.0);
   constexpr std::size_t kRows = 256;
@@ -103,7 +136,7 @@ std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSe
   }
   const float* a = field.log_depth.data_ptr<float>();
   const auto least = static_cast<float>(std::log(options.prune_depth));
-  const double least_returned = options.prune_exposure * static_cast<double>(set.images.size());
+  const double least_returned = options.prune_exposure * pass.share * static_cast<double>(set.images.size());
   std::vector<std::uint8_t> keep(field.n_active());
   for (std::size_t n = 0; n < keep.size(); ++n) keep[n] = a[n] >= least && returned[n] > least_returned ? 1 : 0;
   return keep;

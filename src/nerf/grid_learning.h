@@ -17,13 +17,21 @@ struct RowReference {
 /// The rows whose strip meets the box: others are 0 whatever is learned.
 std::vector<RowReference> rows_that_see(const TrainingSet& set, const Box& box_m);
 
+/// Some rows that stand for all of those that meet a box.
+struct RowsOfPass {
+  std::vector<RowReference> rows;
+  double share = 1.0;  ///< of all
+};
+
+/// Between `n_wanted` and twice as many, evenly spread over the views and over each image; all, where there are fewer.
+RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_wanted);
+
 /// Fog wherever carving leaves room for matter, of the brightness that the images have.
 GridField initial_grid_field(const TrainingSet& set, const GridOptions& options);
 
-/// For each active voxel whether it is neither as good as empty nor, over all rows, without a share in what they
-/// return: hidden, or dark. One pass over the rows.
-std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSet& set,
-                                        std::span<const RowReference> rows, const RaySampling& sampling,
-                                        const GridOptions& options);
+/// For each active voxel whether it is neither as good as empty nor, over the rows, without a share in what they
+/// return: hidden, or dark.
+std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSet& set, const RowsOfPass& pass,
+                                        const RaySampling& sampling, const GridOptions& options);
 
 }  // namespace sarnerf

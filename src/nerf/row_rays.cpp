@@ -29,22 +29,21 @@ Comb comb_over(const RowRequest& request, const Box& box_m, double spacing_m) {
 
 }  // namespace
 
-Fan for_each_ray(const RowRequest& request, const Box& box_m, const RaySampling& sampling,
-                 const VisitRay& visit) {
-  if (box_m.empty()) return {};
+RowRays rays_of_row(const RowRequest& request, const Box& box_m, const RaySampling& sampling) {
   const Acquisition& a = request.acquisition;
+  if (box_m.empty()) return {RayGrid(a, {}), {}};
   const Comb comb = comb_over(request, box_m, sampling.ray_spacing_m);
-  const RayGrid rays(a, comb.fan);
+  RowRays row{RayGrid(a, comb.fan), {}};
   for (int m = 0; m < sampling.sub_rows; ++m) {
     for (int k = 0; k < comb.fan.n_elevation; ++k) {
       const double place = fractional(request.along_track_jitter + kGoldenRatio * (comb.first + k));
       const double offset = (m + place) / sampling.sub_rows - 0.5;
       const double along_track_m = a.row_offset_m(request.row + offset);
-      const RangeInterval inside = clip_to_box(rays, along_track_m, k, box_m);
-      if (!inside.empty()) visit(rays, along_track_m, k, inside);
+      const RangeInterval inside = clip_to_box(row.grid, along_track_m, k, box_m);
+      if (!inside.empty()) row.rays.push_back({along_track_m, 0, k, inside});
     }
   }
-  return comb.fan;
+  return row;
 }
 
 std::size_t n_pixels(std::span<const RowRequest> rows) {

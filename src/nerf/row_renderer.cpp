@@ -33,11 +33,10 @@ RowRenderer::RowRenderer(RowRenderer&&) noexcept = default;
 RowRenderer& RowRenderer::operator=(RowRenderer&&) noexcept = default;
 
 void RowRenderer::march_row(const RowRequest& request, VolumeMarcher& marcher, RowPart& part) const {
-  const auto march = [&](const RayGrid& rays, double along_track_m, int k, const RangeInterval& inside) {
-    marcher.march(rays, along_track_m, 0, k, inside, part.batch, part.field);
-  };
+  const RowRays row = rays_of_row(request, box_m_, sampling_);
   part.begin_row(request.acquisition);
-  part.end_row(for_each_ray(request, box_m_, sampling_, march));
+  marcher.march(row.grid, row.rays, part.batch, part.field);
+  part.end_row(row.grid.fan());
 }
 
 void RowRenderer::forward_part(std::span<const RowRequest> rows, std::span<float> pixels, RowPart& part) const {

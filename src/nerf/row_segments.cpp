@@ -82,25 +82,27 @@ void RowSegments::place(std::span<const RowRequest> rows, const DensityCache& ca
   for (const RowRequest& request : rows) {
     const Acquisition& a = request.acquisition;
     const double longest_bins = sampling_.longest_m / a.range_spacing_m;
-    const auto visit = [&](const RayGrid& rays, double along_track_m, int k,
-                           const RangeInterval& inside) {
-      coarse.clear();
-      coarse_field.clear();
-      marcher.march(rays, along_track_m, 0, k, inside, coarse, coarse_field);
-      if (coarse.n_segments() == 0) return;
-      begin_ray(part.batch, rays, 0, k);
-      double near = coarse_field.near_bin[0], far = near;
-      for (std::size_t s = 0; s < coarse.n_segments(); ++s) {
+    const RowRays row = rays_of_row(request, box_m, sampling_);
+    coarse.clear();
+    coarse_field.clear();
+    marcher.march(row.grid, row.rays, coarse, coarse_field);
+    part.begin_row(a);
+    for (std::size_t q = 0; q < row.rays.size(); ++q) {
+      const std::size_t first = coarse.ray_begin[q], end = coarse.ray_begin[q + 1];
+      if (first == end) continue;
+      const MarchRay& ray = row.rays[q];
+      begin_ray(part.batch, row.grid, ray.row, ray.k);
+      double near = coarse_field.near_bin[first], far = near;
+      for (std::size_t s = first; s < end; ++s) {
         if (coarse_field.near_bin[s] > far + kGap_bins) {
-          cut(rays, along_track_m, k, near, far, longest_bins, part);
+          cut(row.grid, ray.along_track_m, ray.k, near, far, longest_bins, part);
           near = coarse_field.near_bin[s];
         }
         far = coarse_field.near_bin[s] + double{coarse.length_m[s]} / a.range_spacing_m;
       }
-      cut(rays, along_track_m, k, near, far, longest_bins, part);
-    };
-    part.begin_row(a);
-    part.end_row(for_each_ray(request, box_m, sampling_, visit));
+      cut(row.grid, ray.along_track_m, ray.k, near, far, longest_bins, part);
+    }
+    part.end_row(row.grid.fan());
   }
 }
 

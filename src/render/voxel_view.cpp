@@ -82,18 +82,24 @@ void VoxelView::march(const Block& block, std::size_t slice, const Part& part, V
   const PackedRow& packed = w.rows[slice];
   SliceEmission& emission = w.emission[slice];
   const double entry_margin_m = kEntryMargin * grid_.transform.voxel_size_m + scene_.slack_m;
+  w.marched.clear();
   for (std::size_t n = part.first; n < part.end; ++n) {
+    if (packed.box[n] == kNoTriangle) continue;
     const int k = w.packed_k[n];
-    double depth = 0.0;
-    if (packed.box[n] != kNoTriangle) {
-      RangeInterval interval{rays_.start_offset_m + double(packed.distance[n]) - entry_margin_m,
-                             rays_.start_offset_m + double(rays_.far_m)};
-      if (ground_) interval.far_m = std::min(interval.far_m, ground_->offset_m(k));
-      emission.batch_ray[n] = static_cast<std::uint32_t>(w.batch.n_rays());
-      depth = w.marcher.march(rays_.grid, block.along_m[slice], 0, k, interval, w.batch, w.field);
-      w.n_hits += depth > 0.0 && n >= w.n_counted;
-    }
-    if (ground_ && n >= w.n_counted) see_ground(block, slice, k, depth < kEndOfRayDepth ? std::exp(-depth) : 0.0, w);
+    RangeInterval interval{rays_.start_offset_m + double(packed.distance[n]) - entry_margin_m,
+                           rays_.start_offset_m + double(rays_.far_m)};
+    if (ground_) interval.far_m = std::min(interval.far_m, ground_->offset_m(k));
+    emission.batch_ray[n] = static_cast<std::uint32_t>(w.batch.n_rays() + w.marched.size());
+    w.marched.push_back({block.along_m[slice], 0, k, interval});
+  }
+  w.depth.resize(w.marched.size());
+  w.marcher.march(rays_.grid, w.marched, w.batch, w.field, w.depth);
+  auto depth_of = w.depth.begin();
+  for (std::size_t n = part.first; n < part.end; ++n) {
+    const double depth = packed.box[n] != kNoTriangle ? *depth_of++ : 0.0;
+    if (n < w.n_counted) continue;
+    w.n_hits += depth > 0.0;
+    if (ground_) see_ground(block, slice, w.packed_k[n], depth < kEndOfRayDepth ? std::exp(-depth) : 0.0, w);
   }
 }
 

@@ -35,6 +35,8 @@ struct VoxelWorker {
   std::array<PackedRow, RayTracer::kRowsPerBlock> rows;
   std::array<SliceEmission, RayTracer::kRowsPerBlock> emission;
   std::vector<int> packed_k;      ///< k of each packed ray
+  std::vector<MarchRay> marched;  ///< rays of a step that entered matter
+  std::vector<double> depth;      ///< what they passed
   std::vector<bool> consecutive;  ///< packed rays n and n + 1 are neighbours
   std::vector<double> contributions, bins, ground_bins;
   std::vector<SegmentEmission> emitted;  ///< per segment

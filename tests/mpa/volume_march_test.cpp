@@ -84,9 +84,10 @@ Marched march(const RayGrid& rays, const BrickGrid<float>& grid, double longest_
   Marched out;
   const Acquisition& a = rays.acquisition();
   const double half_m = 0.5 * a.n_range * a.range_spacing_m;
-  for (int k = 0; k < rays.fan().n_elevation; ++k) {
-    out.depth.push_back(marcher.march(rays, along_m, 0, k, {-3.0 * half_m, half_m}, out.batch, out.field));
-  }
+  std::vector<MarchRay> all;
+  for (int k = 0; k < rays.fan().n_elevation; ++k) all.push_back({along_m, 0, k, {-3.0 * half_m, half_m}});
+  out.depth.resize(all.size());
+  marcher.march(rays, all, out.batch, out.field, out.depth);
   return out;
 }
 

@@ -41,7 +41,8 @@ std::vector<Ray> rays_of_row(const GridField& field, const RowRequest& request, 
       BatchField sampled;
       const RangeInterval inside = clip_to_box(grid, along_m, k, box_m);
       if (inside.empty()) continue;
-      marcher.march(grid, along_m, 0, k, inside, batch, sampled);
+      const MarchRay ray{along_m, 0, k, inside};
+      marcher.march(grid, {&ray, 1}, batch, sampled);
       if (batch.n_segments() == 0) continue;
       rays.push_back({batch.point_m, {batch.length_m.begin(), batch.length_m.end()}, sampled.near_bin,
                       batch.ray_direction[0]});

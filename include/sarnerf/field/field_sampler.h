@@ -63,18 +63,24 @@ void sample_field(const BrickView<const float>& grid, const FieldChannels& chann
                   std::span<const glm::vec3> points_m, const RayDirections& rays,
                   const FieldPoints<float>& out);
 
-/// The same for one ray after the other, a few points each: remembers where it was and keeps its memory. One
-/// per thread; the grid must outlive it and not change meanwhile.
+/// A ray's direction and how many points on it are asked for.
+struct PointsOfRay {
+  glm::vec3 direction;
+  std::size_t n_points;
+};
+
+/// The same for a few points of some rays at a time: remembers where it was and keeps its memory. One per thread; the
+/// grid must outlive it and not change meanwhile.
 class FieldSampler {
  public:
   FieldSampler(const BrickView<const float>& grid, const FieldChannels& channels);
 
-  /// Points on a ray of this direction. Arrays of `out` as long as the points; not checked.
-  void sample(const glm::vec3& direction, std::span<const glm::vec3> points_m,
-              const FieldPoints<float>& out);
+  /// Points of the rays one behind the other. Arrays of `out` as long as the points; not checked.
+  void sample(std::span<const PointsOfRay> rays, std::span<const glm::vec3> points_m, const FieldPoints<float>& out);
 
  private:
-  void combine(const glm::vec3& direction, std::size_t n_points, const FieldPoints<float>& out) const;
+  void combine(const glm::vec3& direction, std::size_t first, std::size_t n_points,
+               const FieldPoints<float>& out) const;
 
   TrilinearSampler trilinear_;
   FieldChannels channels_;

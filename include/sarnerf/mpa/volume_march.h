@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <limits>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "sarnerf/field/field_sampler.h"
@@ -31,39 +32,46 @@ SourceForm source_form(SourceBasis basis);
 /// As mpa::integrate takes it.
 FieldSamples<float> samples(const BatchField& field, SourceBasis basis);
 
+/// A ray of a grid of rays: at along-track coordinate a (m) and elevation k, in image row `row` of a batch, where it
+/// lies in the field.
+struct MarchRay {
+  double along_track_m = 0.0;
+  int row = 0;
+  int k = 0;
+  RangeInterval inside;
+};
+
 /// Cuts rays into segments where a sparse volume is occupied, and samples it there and nowhere else: empty
 /// bricks and tiles are stepped over, and a ray ends at kEndOfRayDepth, or a bin and some segments behind the
-/// last bin. Rendering and training use it alike. One per thread; what it is made of must outlive it.
+/// last bin. Some rays go side by side, so that the voxels of one come from memory while others are worked on.
+/// Rendering and training use it alike. One per thread; what it is made of must outlive it.
 class VolumeMarcher {
  public:
   /// `grid`: its transform relative to the aim point. `longest_m`: of a segment, some voxel at most. Rays end at a
   /// two-way depth of `end_depth`: what lies behind has e^−end_depth of its power.
   VolumeMarcher(const BrickView<const float>& grid, const FieldChannels& channels,
                 const Occupancy& occupancy, double longest_m, double end_depth = kEndOfRayDepth);
+  ~VolumeMarcher();
+  VolumeMarcher(VolumeMarcher&&) noexcept;
 
-  /// Appends ray (row a, elevation k) to the batch as one of image row `row`, with its segments inside
-  /// `interval`. Returns the two-way optical depth of these: at `end_depth` or more, the rest of the
-  /// ray was left out. Cost: some nanoseconds an empty block, brick or tile, 40 to 60 a segment.
-  double march(const RayGrid& rays, double along_track_m, int row, int k,
-               const RangeInterval& interval, SampleBatch& batch, BatchField& field);
+  /// Appends rays to the batch in their order, with their segments. `depth`, if it is not empty, becomes the two-way
+  /// optical depth of each: at `end_depth` or more, the rest of the ray was left out. Segments do not depend on which
+  /// rays are marched together. Cost: some nanoseconds an empty block, brick or tile, 40 to 60 a segment.
+  void march(const RayGrid& rays, std::span<const MarchRay> some, SampleBatch& batch, BatchField& field,
+             std::span<double> depth = {});
 
  private:
-  /// A ray: point at range offset s is start + s · direction.
-  struct Line {
-    glm::dvec3 start_m, direction;
-  };
-  /// The borders of range bins, met one after the other.
-  struct Cuts {
-    double spacing_m, n_bins;
-    double bin = 0.0, next_m = -std::numeric_limits<double>::infinity();
+  struct Ray;
+  struct Packet;
 
-    double coordinate(double s_m) const { return s_m / spacing_m + 0.5 * n_bins; }
-    double border_m(double j) const { return (j - 0.5 * n_bins) * spacing_m; }
-    void begin_at(double s_m);
-  };
-
-  double append(const Line& line, const RangeInterval& run, Cuts& cuts, SampleBatch& batch,
-                BatchField& field);
+  void begin(const RayGrid& rays, const MarchRay& which, Ray& ray) const;
+  /// The next stretch of occupied cells, some segments long at most; empty where the ray ends.
+  RangeInterval next_run(Ray& ray);
+  /// Cuts a run at the borders of bins and wherever a segment would be too long; returns the number of its segments.
+  std::size_t cut(Ray& ray, const RangeInterval& run, Packet& packet) const;
+  /// Samples the packet's segments from `first` on.
+  void sample(std::size_t first, Packet& packet);
+  void march_packet(const RayGrid& rays, std::span<const MarchRay> some, SampleBatch& batch, BatchField& field);
 
   GridTransform transform_;
   FieldChannels channels_;
@@ -71,6 +79,7 @@ class VolumeMarcher {
   BrickFinder finder_;
   FieldSampler sampler_;
   double longest_m_, end_depth_;
+  std::unique_ptr<Packet> packet_;
 };
 
 }  // namespace sarnerf
