@@ -17,7 +17,8 @@
 namespace sarnerf::app {
 namespace {
 
-void run(const Options& options, Console& console) {
+void run(const Options& asked, Console& console) {
+  Options options = asked;
   use_torch_threads(options.field == "mlp" ? options.shared.n_threads : 1);
   StageTimes times;
   times.add("start-up", seconds_since_start());
@@ -31,6 +32,7 @@ void run(const Options& options, Console& console) {
 
   const Stopwatch loading;
   Data data = load_data(options, console, monitor);
+  if (options.steps == 0) options.steps = default_steps(data.set);
   const TrainerOptions training = training_options(options, data.set);
   if (options.field == "mlp") warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
   const std::string config = config_text(options, training);

@@ -34,7 +34,7 @@ constexpr const char* kExamples =
 
 /// The texts of all options, as given.
 struct Texts {
-  std::string dataset, field = "grid", steps = "1000", time, holdout = "auto", patience = "off", against, lpips,
+  std::string dataset, field = "grid", steps = "auto", time, holdout = "auto", patience = "off", against, lpips,
                        seed = "1";
   std::vector<std::string> training;
   std::string output, resume;
@@ -53,7 +53,7 @@ void add_options(CommandLine& command, Texts& t) {
   command.begin_group("Training");
   add("--field", t.field, "grid|mlp", "Sparse voxels, or the paper's network")
       ->check(one_of({"grid", "mlp"}));
-  add("--steps", t.steps, "N", "Steps of the optimiser");
+  add("--steps", t.steps, "N|auto", "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
   add("--time", t.time, "TIME",
       "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
   add("--seed", t.seed, "N", "Of all that is random");
@@ -104,7 +104,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
       throw UsageError("--steps and --time both say when training ends; give one of them");
     o.time_s = parse_seconds("--time", t.time);
   }
-  o.steps = parse_whole("--steps", t.steps, 1, 1'000'000'000);
+  if (t.steps != "auto") o.steps = parse_whole("--steps", t.steps, 1, 1'000'000'000);
   o.holdout_text = t.holdout;
   o.holdout = parse_holdout(t.holdout);
   if (t.patience != "off") o.patience = parse_part("--patience", t.patience, 0.1, 1.0);

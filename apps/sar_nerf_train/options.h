@@ -16,7 +16,7 @@ namespace sarnerf::app {
 struct Options {
   std::filesystem::path dataset;
   std::string field = "grid";
-  std::int64_t steps = 1000;
+  std::int64_t steps = 0;        ///< 0: as many as suit the images
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
   std::string holdout_text = "auto";
   Holdout holdout;

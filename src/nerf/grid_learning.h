@@ -30,7 +30,7 @@ RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_
 GridField initial_grid_field(const TrainingSet& set, const GridOptions& options);
 
 /// For each active voxel whether it is neither as good as empty nor, over the rows, without a share in what they
-/// return: hidden, or dark.
+/// return: hidden.
 std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSet& set, const RowsOfPass& pass,
                                         const RaySampling& sampling, const GridOptions& options);
 

@@ -104,6 +104,8 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field)
   return options;
 }
 
+std::int64_t default_steps(const TrainingSet& set) { return set.ground ? 600 : 1000; }
+
 std::string options_json(const TrainerOptions& options) {
   Json json = Json::object();
   for_each_option(options, [&](const char* name, const auto& value) { json[name] = value; });

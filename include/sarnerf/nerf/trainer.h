@@ -31,6 +31,9 @@ struct TrainerOptions {
 /// The options that suit a set of images: with few views, priors count more.
 TrainerOptions default_options(const TrainingSet& set, const std::string& field);
 
+/// Steps after which more of them bring little: 1000, and 600 where images show a ground, which take longer each.
+std::int64_t default_steps(const TrainingSet& set);
+
 /// One JSON object with the options that concern the field in use, and its inverse. Throws UsageError for unknown keys
 /// or impossible values.
 std::string options_json(const TrainerOptions& options);
