@@ -36,7 +36,7 @@ constexpr Limits kLimits[] = {
 };
 
 /// By the clock, a step with voxels of half the size takes as long as some four of before.
-constexpr int kClockStepsLeft = 250;
+constexpr int kClockStepsLeft = 300;
 
 /// Voxels of the scene box at the coarsest level: what carving looks at.
 constexpr double kMostVoxels = 4e8;

@@ -19,6 +19,9 @@ namespace {
 /// than that of black images: few rows may by chance show next to nothing, and their loss is no measure then.
 constexpr double kDivergence = 1000.0, kWorseThanBlack = 10.0;
 
+/// Rates fall as far as they shall in so many steps or more. Fewer cannot afford to become slow.
+constexpr double kStepsToFall = 100.0;
+
 /// Mean square of pixels.
 double mean_square(std::span<const float> pixels) {
   double sum = 0.0;
@@ -47,6 +50,12 @@ struct Trainer::State {
     const Box box_m = learner->field().standing_box_m(set.ground->height_m);
     for (const PosedImage& image : set.images)
       standing.push_back(standing_view(image.acquisition, box_m, set.ground->height_m));
+  }
+
+  /// Of a training that goes on at the pace so far.
+  double share_of_fall(double progress) const {
+    const double all_steps = progress > 0.0 ? static_cast<double>(steps) / progress : kStepsToFall;
+    return std::min(1.0, all_steps / kStepsToFall);
   }
 
   RaySampling sampling(double progress) const {
@@ -114,7 +123,7 @@ StepReport Trainer::step(double progress) {
       throw NumericsError("training diverges: at step " + std::to_string(s.steps + 1) + " the mean square error is " +
                           std::to_string(loss) + " of the peak's square; use lower learning rates");
     s.least_loss = std::min(s.least_loss, loss);
-    s.learner->minimise(squares, std::pow(s.options.final_rate, progress));
+    s.learner->minimise(squares, std::pow(s.options.final_rate, progress * s.share_of_fall(progress)));
   }
   ++s.steps;
   return {s.steps, loss, s.learner->field().size_text()};

@@ -22,7 +22,7 @@ struct TrainerOptions {
   double most_ray_spacing_bins = 1.3;  ///< limit of the same, in range bins
   double longest_segment = 1.0;
   double end_depth = 6.0;      ///< two-way optical depth at which a ray ends: 0.25 % of its power lies behind
-  double final_rate = 0.02;    ///< learning rates fall exponentially to this share of their first value
+  double final_rate = 0.02;    ///< learning rates fall exponentially to this share, less far in under 100 steps
   double distortion = 1e-3;    ///< weight of ray_distortion.h, relative to squares of the peak; falls by the next
   double final_distortion = 0.1;  ///< its share at the end
   std::uint64_t seed = 1;
