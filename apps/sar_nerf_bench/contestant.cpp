@@ -32,7 +32,7 @@ std::unique_ptr<Contestant> make_contestant(const std::string& field, TrainingSe
     options.seed = seed;
     return std::make_unique<PlainLearner>(std::move(set), options);
   }
-  TrainerOptions options = default_options(set, field);
+  TrainerOptions options = default_options(set, field, Schedule::clock);
   options.seed = seed;
   return std::make_unique<TrainedField>(std::move(set), options);
 }

@@ -35,9 +35,6 @@ constexpr Limits kLimits[] = {
     {"longest_segment", 1e-2, 1e2},
 };
 
-/// By the clock, a step with voxels of half the size takes as long as some four of before.
-constexpr int kClockStepsLeft = 300;
-
 /// Voxels of the scene box at the coarsest level: what carving looks at.
 constexpr double kMostVoxels = 4e8;
 
@@ -92,9 +89,8 @@ Json value_of(const std::string& name, const std::string& text, const Json& like
 }  // namespace
 
 TrainerOptions training_options(const Options& o, const TrainingSet& set) {
-  TrainerOptions defaults = default_options(set, o.field);
+  TrainerOptions defaults = default_options(set, o.field, o.time_s ? Schedule::clock : Schedule::steps);
   defaults.seed = o.seed;
-  if (o.time_s) defaults.grid.refine_steps_left = kClockStepsLeft;
   Json json = Json::parse(options_json(defaults));
   std::vector<std::string> names;
   for (const auto& [name, value] : json.items()) names.push_back(name);

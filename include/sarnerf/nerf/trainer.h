@@ -28,8 +28,11 @@ struct TrainerOptions {
   std::uint64_t seed = 1;
 };
 
+/// What the share of the training that is done is counted in.
+enum class Schedule { steps, clock };
+
 /// The options that suit a set of images: with few views, priors count more.
-TrainerOptions default_options(const TrainingSet& set, const std::string& field);
+TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps);
 
 /// Steps after which more of them bring little: 1000, and 600 where images show a ground, which take longer each.
 std::int64_t default_steps(const TrainingSet& set);
