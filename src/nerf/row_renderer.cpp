@@ -130,18 +130,6 @@ void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<con
   });
 }
 
-std::uint64_t RowRenderer::n_segments() const {
-  std::uint64_t n = 0;
-  for (const auto& part : memory_->parts) n += part->batch.n_segments();
-  return n;
-}
-
-std::uint64_t RowRenderer::n_rays() const {
-  std::uint64_t n = 0;
-  for (const auto& part : memory_->parts) n += part->batch.n_rays();
-  return n;
-}
-
 Box occupied_box(const Occupancy& occupancy, const GridTransform& transform) {
   return standing_box(occupancy, transform, -std::numeric_limits<double>::infinity());
 }

@@ -69,10 +69,6 @@ class RowRenderer {
 
   const std::shared_ptr<RowMemory>& memory() const { return memory_; }
 
-  /// Segments and rays of the last forward pass.
-  std::uint64_t n_segments() const;
-  std::uint64_t n_rays() const;
-
  private:
   void march_row(const RowRequest& request, VolumeMarcher& marcher, RowPart& part) const;
   void forward_part(std::span<const RowRequest> rows, std::span<float> pixels, RowPart& part) const;
