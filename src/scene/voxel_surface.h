@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sarnerf/scene/scene.h"
-#include "surface_distance.h"
+#include "sarnerf/scene/surface_distance.h"
 
 namespace sarnerf {
 

@@ -26,6 +26,13 @@ struct CoherentQuery {
   void single(RTCScene scene, RTCRayHit* ray) { rtcIntersect1(scene, ray, &arguments); }
 };
 
+/// Sets tfar to minus infinity when the ray meets anything.
+inline void occluded(RTCScene scene, RTCRay* ray) {
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  rtcOccluded1(scene, ray, &arguments);
+}
+
 /// A query whose every potential hit is shown to `filter`, with `user` behind the context.
 struct FilteredQuery {
   RTCRayQueryContext context;
@@ -63,6 +70,12 @@ struct CoherentQuery {
   }
   void single(RTCScene scene, RTCRayHit* ray) { rtcIntersect1(scene, &context, ray); }
 };
+
+inline void occluded(RTCScene scene, RTCRay* ray) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, ray);
+}
 
 struct FilteredQuery {
   RTCIntersectContext context;

@@ -30,18 +30,24 @@ struct MemoryCount {
   }
 };
 
+void load(RTCRay& ray, const glm::vec3& origin_m, const glm::vec3& direction, float far_m) {
+  ray.org_x = origin_m.x;
+  ray.org_y = origin_m.y;
+  ray.org_z = origin_m.z;
+  ray.dir_x = direction.x;
+  ray.dir_y = direction.y;
+  ray.dir_z = direction.z;
+  ray.tnear = 0.0f;
+  ray.tfar = far_m;
+  ray.time = 0.0f;
+  ray.mask = ~0u;
+  ray.id = 0;
+  ray.flags = 0;
+}
+
 void load(RTCRayHit& rayhit, const RayRow& rays, std::size_t n) {
-  rayhit.ray.org_x = rays.origin_x[n];
-  rayhit.ray.org_y = rays.origin_y[n];
-  rayhit.ray.org_z = rays.origin_z[n];
-  rayhit.ray.dir_x = rays.direction_x[n];
-  rayhit.ray.dir_y = rays.direction_y[n];
-  rayhit.ray.dir_z = rays.direction_z[n];
-  rayhit.ray.tnear = 0.0f;
-  rayhit.ray.tfar = rays.far_m;
-  rayhit.ray.time = 0.0f;
-  rayhit.ray.mask = ~0u;
-  rayhit.ray.flags = 0;
+  load(rayhit.ray, {rays.origin_x[n], rays.origin_y[n], rays.origin_z[n]},
+       {rays.direction_x[n], rays.direction_y[n], rays.direction_z[n]}, rays.far_m);
   rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rayhit.hit.primID = RTC_INVALID_GEOMETRY_ID;
 }
@@ -223,6 +229,13 @@ void RayTracer::all_hits(const glm::vec3& origin_m, const glm::vec3& direction, 
   std::sort(crossings.begin(), crossings.end(), before);
   const auto same = [](const Crossing& a, const Crossing& b) { return a.triangle == b.triangle; };
   crossings.erase(std::unique(crossings.begin(), crossings.end(), same), crossings.end());
+}
+
+bool RayTracer::meets_any(const glm::vec3& origin_m, const glm::vec3& direction, float far_m) const {
+  RTCRay ray;
+  load(ray, origin_m, direction, far_m);
+  embree::occluded(state_->scene, &ray);
+  return ray.tfar < 0.0f;
 }
 
 std::uint64_t RayTracer::memory_bytes() const {

@@ -17,6 +17,7 @@ allowed() {
     trace) echo core geometry field mpa ;;
     render) echo core geometry field mpa scene trace ;;
     nerf) echo core geometry field mpa dataset ;;
+    bake) echo core geometry field mpa dataset nerf scene trace ;;
     *) return 1 ;;
   esac
 }

@@ -2,6 +2,7 @@
 #include "sarnerf/trace/ray_tracer.h"
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "catch.h"
@@ -134,6 +135,21 @@ TEST_CASE("all hits come in order of distance, each triangle once", "[trace]") {
   CHECK(crossings.empty());
 }
 
+TEST_CASE("a ray meets something just where it has a first hit", "[trace]") {
+  const Sheet sheet(20);
+  const RayTracer tracer(sheet.points(), sheet.triangles);
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> anywhere(-0.3f, 1.3f);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (int n = 0; n < 200; ++n) {
+    const float x = anywhere(random), y = anywhere(random);
+    const bool inside = x > 0.0f && x < 1.0f && y > 0.0f && y < 1.0f;
+    CHECK(tracer.meets_any({x, y, 5.0f}, {0, 0, -1}, kInfinity) == inside);
+    CHECK_FALSE(tracer.meets_any({x, y, 5.0f}, {0, 0, -1}, 4.5f));  // ends above the sheet
+    CHECK_FALSE(tracer.meets_any({x, y, 5.0f}, {0, 0, 1}, kInfinity));
+  }
+}
+
 TEST_CASE("a tracer without triangles hits nothing", "[trace]") {
   const std::vector<glm::vec3> padding(1);
   const RayTracer tracer(std::span<const glm::vec3>(padding).first(0), {});
@@ -144,4 +160,5 @@ TEST_CASE("a tracer without triangles hits nothing", "[trace]") {
   const HitRow found = hits.row();
   tracer.first_hits({&row, 1}, {&found, 1});
   CHECK(hits.triangle[0] == kNoTriangle);
+  CHECK_FALSE(tracer.meets_any({0.5f, 0.5f, 5.0f}, {0, 0, -1}, 100.0f));
 }

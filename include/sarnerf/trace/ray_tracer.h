@@ -62,6 +62,9 @@ class RayTracer {
   void all_hits(const glm::vec3& origin_m, const glm::vec3& direction, float far_m,
                 std::vector<Crossing>& crossings) const;
 
+  /// Whether the ray meets any triangle up to far_m, which may be infinite: cheaper than the nearest hit.
+  bool meets_any(const glm::vec3& origin_m, const glm::vec3& direction, float far_m) const;
+
   /// Bytes that Embree holds, now and at the peak of the build.
   std::uint64_t memory_bytes() const;
   std::uint64_t peak_memory_bytes() const;

@@ -23,8 +23,8 @@ struct FreePath {
 };
 
 /// Distances to a triangulated surface, by CGAL's tree of boxes; logarithmic in the number of triangles,
-/// one to five microseconds each. Queries may run on any number of threads. Part of scene_cgal, see
-/// cgal_surface.h.
+/// one to five microseconds each. Queries may run on any number of threads. Lives in the library scene_cgal,
+/// apart from scene, because CGAL changes the rounding flags of whatever is compiled with it.
 class SurfaceDistance {
  public:
   /// `closed`: the surface bounds a volume, and its triangles look outward. Triangles without area are
