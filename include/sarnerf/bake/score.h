@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <limits>
+#include <span>
+
+#include "sarnerf/bake/surface_mesh.h"
+#include "sarnerf/bake/truth_surface.h"
+#include "sarnerf/core/monitor.h"
+#include "sarnerf/geometry/acquisition.h"
+
+namespace sarnerf {
+
+struct ScoreOptions {
+  /// Between the vertical lines along which volumes are measured (m). 0: 1/512 of the longer horizontal side of the
+  /// box around both surfaces.
+  double column_spacing_m = 0.0;
+  std::size_t n_samples = 100'000;  ///< points on each surface from which distances are taken
+  Monitor monitor;
+};
+
+/// Not measured: there was nothing to measure from or to.
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
+
+/// Distances between two surfaces (m), each from points spread evenly over one surface to the nearest point of all
+/// of the other. kNotMeasured where either surface is empty or has no such points.
+struct SurfaceDistances {
+  double completeness_m = kNotMeasured;  ///< mean from the truth to the extracted surface
+  double accuracy_m = kNotMeasured;      ///< mean from the extracted surface to the truth
+  /// Chamfer distance: ½ (completeness + accuracy), the mean of the two mean distances, not squared.
+  double chamfer_m = kNotMeasured;
+  double hausdorff_m = kNotMeasured;     ///< the larger of both directed maxima, over the points
+  double percentile95_m = kNotMeasured;  ///< the larger of both directed 95th percentiles
+};
+
+/// How well an extracted surface agrees with the truth. Ratios have no unit.
+struct SurfaceScore {
+  double iou = 0.0;        ///< volume of the intersection over that of the union; 0 when either solid is empty
+  double precision = 0.0;  ///< part of the extracted volume that is true; 0 when either solid is empty
+  double recall = 0.0;     ///< part of the true volume that was extracted; 0 when either solid is empty
+  double volume_m3 = 0.0;  ///< of the extracted solid
+  double truth_volume_m3 = 0.0;
+  double volume_error = kNotMeasured;  ///< (extracted − true) / true volume; not measured without a true volume
+
+  glm::dvec3 box_min_error_m{kNotMeasured};  ///< extracted minus true box, lower corner per axis, world axes
+  glm::dvec3 box_max_error_m{kNotMeasured};  ///< the same of the upper corner
+  /// Diagonal of the extracted box over that of the true one. Far from 1 when the two are in different units; 0 for
+  /// an empty extracted surface, not measured for an empty truth.
+  double size_ratio = kNotMeasured;
+
+  SurfaceDistances whole;    ///< over all of both surfaces that is not buried
+  SurfaceDistances visible;  ///< over what of it some view could see
+  double visible_fraction = 0.0;            ///< by area, of the true surface that is not buried
+  double extracted_visible_fraction = 0.0;  ///< the same of the extracted surface
+
+  double column_spacing_m = 0.0;  ///< that was used; 0 when both surfaces are empty
+  /// Of the vertical lines that meet the solid, the part along which it is not closed: above 0 the mesh has holes,
+  /// and its volume means little.
+  double open_fraction = 0.0;
+  double truth_open_fraction = 0.0;
+};
+
+/// Compares an extracted surface with the truth.
+///
+/// Volumes: of what lies inside (winding number above zero) along a lattice of vertical lines; pieces that overlap
+/// count once, a mesh that looks inward holds nothing. The truth's volume is that of its closed pieces.
+///
+/// Distances: from `n_samples` points a surface, at equal steps of area, always the same ones; less those that are
+/// buried in the surface's own solid, as where pieces overlap. A point is visible when in some view it faces the
+/// radar (|n·d| > 1e-4; thin shells on either side), lies within the view's rows and bins, and the straight line to
+/// the radar, in the row's plane, meets nothing of the same surface. The truth's points are tested against the
+/// truth, the extracted surface's against itself. Points are lifted off their surface by 1e-5 of half its box's
+/// diagonal.
+///
+/// World coordinates in metres, of any offset and scale. Results do not depend on the number of threads. Without
+/// views nothing is visible.
+///
+/// Throws InputError for a mesh that uses vertices which do not exist or are not finite, and for a truth whose
+/// `all` does not begin with `solid`; GeometryError for an impossible view; UsageError for impossible options;
+/// Interrupted on request.
+///
+/// Cost: dominated by some microseconds a point for distances, and for each point that no view sees by up to a
+/// ray, about 1 µs, a view that it faces; on all threads.
+SurfaceScore score(const SurfaceMesh& extracted, const TruthSurface& truth, std::span<const Acquisition> views,
+                   const ScoreOptions& options = {});
+
+}  // namespace sarnerf

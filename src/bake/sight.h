@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sarnerf/bake/surface_mesh.h"
+#include "sarnerf/core/monitor.h"
+#include "sarnerf/geometry/acquisition.h"
+#include "sarnerf/geometry/box.h"
+#include "sarnerf/trace/ray_tracer.h"
+#include "surface_samples.h"
+
+namespace sarnerf {
+
+/// What lies open on a surface, and what of it radars can see, by rays. Rays run in float32 coordinates about the
+/// middle of the surface's box, in units of half its diagonal, so that neither offset nor scale of the world
+/// matters.
+class Sight {
+ public:
+  /// The mesh, whose box is `box_m`, must outlive this. Its first `n_solid` triangles bound closed pieces and are
+  /// seen from outside, the rest are thin shells, seen from both sides.
+  Sight(const SurfaceMesh& mesh, const Box& box_m, std::size_t n_solid);
+
+  /// Whether the outer side of the sample lies inside a solid. `crossings` is scratch space.
+  bool buried(const SurfaceSample& sample, std::vector<Crossing>& crossings) const;
+
+  /// Per sample, 1 when some view sees it; see score(). Throws Interrupted on request. Cost: a ray per sample and
+  /// view that it faces, up to the first that sees it.
+  std::vector<std::uint8_t> seen(std::span<const SurfaceSample> samples, std::span<const Acquisition> views,
+                                 const Monitor& monitor) const;
+
+ private:
+  struct View {
+    Acquisition acquisition;
+    RadarFrame frame;
+  };
+
+  /// The sample just above its surface along `normal`, in the rays' coordinates.
+  glm::vec3 lifted(const SurfaceSample& sample, const glm::dvec3& normal) const;
+  bool sees(const View& view, const SurfaceSample& sample) const;
+
+  glm::dvec3 centre_m_;
+  double unit_m_;
+  std::size_t n_solid_;
+  std::vector<glm::vec3> vertices_;  ///< one more than the mesh has, as RayTracer wants
+  RayTracer tracer_;
+};
+
+}  // namespace sarnerf
