@@ -36,22 +36,13 @@ SurfaceMesh about(const SurfaceMesh& mesh, const glm::dvec3& centre_m) {
   return moved;
 }
 
-Box about(const Box& box, const glm::dvec3& centre_m) { return {box.min - centre_m, box.max - centre_m}; }
-
-void require_order(const TruthSurface& truth) {
-  const auto& solid = truth.solid;
-  const auto& all = truth.all;
-  const auto corner = [](const SurfaceMesh& mesh, std::size_t t, int c) {
-    return mesh.vertices_m[mesh.triangles[t][c]];
-  };
-  bool begins = solid.triangles.size() <= all.triangles.size();
-  for (std::size_t t = 0; begins && t < solid.triangles.size(); ++t) {
-    for (int c = 0; c < 3; ++c) begins = begins && corner(solid, t, c) == corner(all, t, c);
-  }
-  if (!begins) {
-    throw InputError("the true surface must begin with the triangles of the true solid, in their order; it does not");
-  }
+Box around(Box a, const Box& b) {
+  a.min = glm::min(a.min, b.min);
+  a.max = glm::max(a.max, b.max);
+  return a;
 }
+
+Box about(const Box& box, const glm::dvec3& centre_m) { return {box.min - centre_m, box.max - centre_m}; }
 
 std::vector<SurfaceSample> open_samples(const Side& side, const Sight& sight, std::size_t n, const Monitor& monitor) {
   const std::vector<SurfaceSample> all = sample_surface(side.mesh, n);
@@ -182,15 +173,14 @@ SurfaceScore score(const SurfaceMesh& extracted, const TruthSurface& truth, std:
   }
   const Box extracted_box = checked_box(extracted, "the extracted surface");
   const Box truth_box = checked_box(truth.all, "the true surface");
-  checked_box(truth.solid, "the true solid");
-  require_order(truth);
+  const Box solid_box = checked_box(truth.solid, "the true solid");
+  if (truth.n_closed > truth.all.triangles.size()) {
+    throw InputError("the true surface has " + std::to_string(truth.all.triangles.size()) +
+                     " triangles, of which it says that " + std::to_string(truth.n_closed) + " are of closed pieces");
+  }
   for (const Acquisition& view : views) validate(view);
 
-  Box both = truth_box;
-  if (!extracted_box.empty()) {
-    both.include(extracted_box.min);
-    both.include(extracted_box.max);
-  }
+  const Box both = around(around(truth_box, solid_box), extracted_box);
   SurfaceScore result;
   score_boxes(extracted_box, truth_box, result);
 
@@ -199,7 +189,7 @@ SurfaceScore score(const SurfaceMesh& extracted, const TruthSurface& truth, std:
   std::vector<Acquisition> moved_views(views.begin(), views.end());
   for (Acquisition& view : moved_views) view.aim_m -= centre_m;
   Side side{about(extracted, centre_m), about(extracted_box, centre_m), extracted.triangles.size(), {}, {}};
-  Side truth_side{about(truth.all, centre_m), about(truth_box, centre_m), truth.solid.triangles.size(), {}, {}};
+  Side truth_side{about(truth.all, centre_m), about(truth_box, centre_m), truth.n_closed, {}, {}};
 
   score_volumes(side.mesh, about(truth.solid, centre_m), about(both, centre_m), options, result);
   score_distances(side, truth_side, moved_views, options, result);

@@ -14,6 +14,7 @@ TruthSurface truth_of(const Scene& scene) {
   };
   append(truth.solid, true);
   truth.all = truth.solid;
+  truth.n_closed = truth.solid.triangles.size();
   append(truth.all, false);
   return truth;
 }

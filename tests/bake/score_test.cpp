@@ -7,6 +7,7 @@
 
 #include "catch.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
 #include "solid_meshes.h"
 
 using namespace sarnerf;
@@ -132,6 +133,24 @@ TEST_CASE("scores know no place and no scale", "[score]") {
   }
 }
 
+TEST_CASE("scores do not depend on the number of threads", "[score]") {
+  const SurfaceMesh truth = sphere_mesh({0, 0, 0}, 1.0, 3), extracted = sphere_mesh({0.1, 0, 0}, 0.9, 3);
+  Acquisition view;
+  view.slant_range_m = 1000.0;
+  view.n_azimuth = view.n_range = 10;
+  view.azimuth_spacing_m = view.range_spacing_m = 0.5;
+  const auto with = [&](int n_threads) {
+    const ThreadLimit limit(n_threads);
+    return score(extracted, solid_truth(truth), {&view, 1}, quick());
+  };
+  const SurfaceScore one = with(1), three = with(3);
+  CHECK(one.iou == three.iou);
+  CHECK(one.visible_fraction == three.visible_fraction);
+  CHECK(one.whole.chamfer_m == three.whole.chamfer_m);
+  CHECK(one.visible.chamfer_m == three.visible.chamfer_m);
+  CHECK(one.visible.hausdorff_m == three.visible.hausdorff_m);
+}
+
 TEST_CASE("truth in other units shows in the ratio of sizes", "[score]") {
   const SurfaceMesh cube = cube_mesh({0, 0, 0}, 2.0);
   const SurfaceScore s = score_of(cube, moved(cube, {}, 1000.0));
@@ -172,8 +191,8 @@ TEST_CASE("nonsense is refused", "[score]") {
     CHECK_THROWS_AS(score_of(bad, cube), InputError);
     CHECK_THROWS_AS(score_of(cube, bad), InputError);
   }
-  CHECK_THROWS_AS(score(cube, {cube, {}}, {}), InputError);
-  CHECK_THROWS_AS(score(cube, {cube, inverted(cube)}, {}), InputError);
+  CHECK_THROWS_AS(score(cube, {cube, cube, 13}, {}), InputError);
+  CHECK_THROWS_AS(score(cube, {beyond, cube, 12}, {}), InputError);
   CHECK_THROWS_AS(score_of(cube, cube, -1.0), UsageError);
   ScoreOptions none;
   none.n_samples = 0;
@@ -197,6 +216,15 @@ TEST_CASE("a score can be watched and stopped", "[score]") {
   CHECK(n_reports > 0);
 }
 
+TEST_CASE("the solid may be another mesh than the surface", "[score]") {
+  // A sheet that stands for a hull beyond it.
+  const SurfaceMesh sheet{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}, {{0, 1, 2}}};
+  const SurfaceMesh cube = cube_mesh({-4, 0, -4}, 8.0);
+  const SurfaceScore s = score(cube, {cube, sheet, 0}, {}, quick());
+  CHECK(s.iou == 1.0);
+  CHECK(s.truth_volume_m3 == Approx(512.0));
+}
+
 TEST_CASE("a scene's closed pieces are solids and all of it is surface", "[score]") {
   Scene scene;
   const SurfaceMesh cube = cube_mesh({0, 0, 0}, 2.0);
@@ -209,6 +237,7 @@ TEST_CASE("a scene's closed pieces are solids and all of it is surface", "[score
   scene.pieces = {{false, 0}, {true, 0}};
   const TruthSurface truth = truth_of(scene);
   CHECK(truth.solid.triangles == cube.triangles);
+  CHECK(truth.n_closed == 12);
   CHECK(truth.all.triangles.size() == 13);
   CHECK(truth.all.triangles.back() == glm::uvec3(8, 9, 10));
   const SurfaceScore s = score(cube, truth, {}, quick(0.0625));

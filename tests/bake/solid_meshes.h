@@ -85,6 +85,6 @@ inline double divergence_volume(const SurfaceMesh& mesh) {
 }
 
 /// A truth of closed pieces alone.
-inline TruthSurface solid_truth(const SurfaceMesh& mesh) { return {mesh, mesh}; }
+inline TruthSurface solid_truth(const SurfaceMesh& mesh) { return {mesh, mesh, mesh.triangles.size()}; }
 
 }  // namespace sarnerf::test

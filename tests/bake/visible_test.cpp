@@ -106,7 +106,7 @@ TEST_CASE("thin shells are seen from both sides", "[visible]") {
   options.n_samples = 5000;
   for (const double azimuth_deg : {0.0, 180.0}) {
     const std::vector views{view_from(azimuth_deg)};
-    const SurfaceScore s = score(sheet, {{}, sheet}, views, options);
+    const SurfaceScore s = score(sheet, {{}, sheet, 0}, views, options);
     CHECK(s.visible_fraction == 1.0);
     CHECK(s.extracted_visible_fraction == (azimuth_deg == 0.0 ? 1.0 : 0.0));  // an extracted surface has an outside
     CHECK(s.truth_volume_m3 == 0.0);

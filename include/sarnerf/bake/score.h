@@ -65,7 +65,8 @@ struct SurfaceScore {
 /// Compares an extracted surface with the truth.
 ///
 /// Volumes: of what lies inside (winding number above zero) along a lattice of vertical lines; pieces that overlap
-/// count once, a mesh that looks inward holds nothing. The truth's volume is that of its closed pieces.
+/// count once, a mesh that looks inward holds nothing. The truth's volume is that of `solid`: of a scene's closed
+/// pieces. Where a scene is made of thin shells there is no volume to compare with.
 ///
 /// Distances: from `n_samples` points a surface, at equal steps of area, always the same ones; less those that are
 /// buried in the surface's own solid, as where pieces overlap. A point is visible when in some view it faces the
@@ -77,8 +78,8 @@ struct SurfaceScore {
 /// World coordinates in metres, of any offset and scale. Results do not depend on the number of threads. Without
 /// views nothing is visible.
 ///
-/// Throws InputError for a mesh that uses vertices which do not exist or are not finite, and for a truth whose
-/// `all` does not begin with `solid`; GeometryError for an impossible view; UsageError for impossible options;
+/// Throws InputError for a mesh that uses vertices which do not exist or are not finite, and for a truth with
+/// fewer triangles than closed ones; GeometryError for an impossible view; UsageError for impossible options;
 /// Interrupted on request.
 ///
 /// Cost: dominated by some microseconds a point for distances, and for each point that no view sees by up to a

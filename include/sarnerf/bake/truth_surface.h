@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+
 #include "sarnerf/bake/surface_mesh.h"
 #include "sarnerf/scene/scene.h"
 
@@ -8,11 +10,13 @@ namespace sarnerf {
 
 /// The true surface that an extracted one is compared with; world coordinates (m).
 struct TruthSurface {
-  SurfaceMesh solid;  ///< closed pieces alone: what volumes are taken from. Pieces may overlap
-  SurfaceMesh all;    ///< the triangles of `solid`, in their order, and behind them thin shells, seen from both sides
+  SurfaceMesh solid;         ///< what volumes are taken from: closed pieces, which may overlap
+  SurfaceMesh all;           ///< what distances are taken from
+  std::size_t n_closed = 0;  ///< triangles of `all` that look outward; those behind them are seen from both sides
 };
 
-/// The mesh of a scene as truth. The ground plane is no part of it. Cost: one copy of the mesh.
+/// The mesh of a scene as truth: closed pieces are the solid, and thin shells are surface alone. The ground plane is
+/// no part of either. Cost: two copies of the mesh.
 TruthSurface truth_of(const Scene& scene);
 
 }  // namespace sarnerf
