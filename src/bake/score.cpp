@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "columns.h"
+#include "enclosed.h"
 #include "mesh_checks.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
@@ -115,11 +116,13 @@ double seen_fraction(const Side& side) {
          static_cast<double>(side.samples.size());
 }
 
-void score_volumes(const SurfaceMesh& extracted, const SurfaceMesh& solid, const Box& both,
+void score_volumes(const Side& extracted, const Side& truth, const SurfaceMesh& solid, const Box& both,
                    const ScoreOptions& options, SurfaceScore& score) {
   const ColumnLattice lattice = column_lattice(both, options.column_spacing_m);
-  const Columns a = columns_of(extracted, lattice, options.monitor);
-  const Columns b = columns_of(solid, lattice, options.monitor);
+  const Columns a = columns_of(extracted.mesh, lattice, options.monitor);
+  const Columns b = options.truth_volume == TruthVolume::enclosed
+                        ? enclosed_columns(truth.mesh, truth.box_m, lattice, options.monitor)
+                        : columns_of(solid, lattice, options.monitor);
   const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
   const auto open = [&](const Columns& c) {
     return ratio(static_cast<double>(c.n_open), static_cast<double>(c.n_met));
@@ -191,7 +194,7 @@ SurfaceScore score(const SurfaceMesh& extracted, const TruthSurface& truth, std:
   Side side{about(extracted, centre_m), about(extracted_box, centre_m), extracted.triangles.size(), {}, {}};
   Side truth_side{about(truth.all, centre_m), about(truth_box, centre_m), truth.n_closed, {}, {}};
 
-  score_volumes(side.mesh, about(truth.solid, centre_m), about(both, centre_m), options, result);
+  score_volumes(side, truth_side, about(truth.solid, centre_m), about(both, centre_m), options, result);
   score_distances(side, truth_side, moved_views, options, result);
   return result;
 }
