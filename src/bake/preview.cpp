@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "pixel_font.h"
@@ -19,6 +21,10 @@ namespace {
 
 constexpr int kRaysPerSide = 2;  ///< of a pixel
 constexpr int kLeastSide = 200, kLargestSide = 16384;
+
+/// Room for labels above and below what a frame shows, in dots of the font.
+constexpr int kLabelsAbove = 16, kLabelsBelow = 30;
+constexpr int kMargin = 6;  ///< of labels from their frame, in dots
 
 constexpr glm::dvec3 kWhite(255.0), kFront(124.0, 152.0, 186.0), kBack(205.0, 60.0, 50.0);
 constexpr Colour kFrameColour = {205, 205, 205}, kTextColour = {70, 70, 70};
@@ -36,12 +42,15 @@ struct Camera {
   glm::dvec3 right, up, towards;  ///< `towards` leads from the surface to the viewer
 };
 
-/// A camera's picture: the middle of what it sees is in the middle of its frame.
+/// A camera's picture: the middle of what it sees is in the middle of its frame, less the labels' room.
 struct View {
   Camera camera;
   Frame frame;
   Box seen_m;  ///< of the surface, along right, up and towards
   double pixel_m = 1.0;
+  int dot = 1;  ///< pixels of a dot of the font
+
+  double middle_line() const { return 0.5 * (frame.height + (kLabelsAbove - kLabelsBelow) * dot); }
 };
 
 /// The surface relative to its middle, in float32; one vertex more, as RayTracer asks for.
@@ -76,9 +85,9 @@ Box seen_by(const Camera& camera, const Model& model) {
 
 /// The largest scale at which all is seen and labels have room.
 double fitting_pixel_m(const View& view) {
-  constexpr double kFilled = 0.78;
   const glm::dvec3 size = view.seen_m.size();
-  return std::max(size.x / view.frame.width, size.y / view.frame.height) / kFilled;
+  return std::max(size.x / (view.frame.width - 4 * kMargin * view.dot),
+                  size.y / (view.frame.height - (kLabelsAbove + kLabelsBelow) * view.dot));
 }
 
 std::array<View, 4> layout(const Model& model, const PreviewOptions& options) {
@@ -91,6 +100,7 @@ std::array<View, 4> layout(const Model& model, const PreviewOptions& options) {
   }};
   double shared_m = 0.0;
   for (View& view : views) {
+    view.dot = std::max(1, std::min(options.width / 600, options.height / 450));
     view.seen_m = seen_by(view.camera, model);
     view.pixel_m = fitting_pixel_m(view);
     if (&view != &views[0]) shared_m = std::max(shared_m, view.pixel_m);
@@ -104,9 +114,9 @@ glm::dvec3 shade(const Camera& camera, glm::dvec3 normal, double depth) {
   const bool from_behind = glm::dot(normal, camera.towards) < 0.0;
   if (from_behind) normal = -normal;
   const glm::dvec3 light = glm::normalize(-0.45 * camera.right + 0.65 * camera.up + 0.75 * camera.towards);
-  constexpr double kAmbient = 0.38, kPalest = 0.35;
+  constexpr double kAmbient = 0.46, kPalest = 0.35;
   // The even light comes more from the sky than from the ground.
-  const double light_seen = kAmbient * (1.0 + 0.25 * normal.y) + 0.85 * std::max(0.0, glm::dot(normal, light));
+  const double light_seen = kAmbient * (1.0 + 0.25 * normal.y) + 0.72 * std::max(0.0, glm::dot(normal, light));
   return glm::mix(glm::min(light_seen * (from_behind ? kBack : kFront), kWhite), kWhite, kPalest * depth);
 }
 
@@ -135,7 +145,7 @@ void draw_lines(const View& view, const RayTracer& tracer, int first, int last, 
   for (int s = 0; s < n_rows; ++s) blocks.emplace_back(n_rays);
   for (int s = 0; s < n_rows; ++s) {
     auto& [a, triangle] = blocks[static_cast<std::size_t>(s)];
-    const double y_m = middle_m.y - view.pixel_m * (first + (s + 0.5) / kRaysPerSide - 0.5 * f.height);
+    const double y_m = middle_m.y - view.pixel_m * (first + (s + 0.5) / kRaysPerSide - view.middle_line());
     for (std::size_t n = 0; n < n_rays; ++n) {
       const double x_m = middle_m.x + view.pixel_m * ((static_cast<double>(n) + 0.5) / kRaysPerSide - 0.5 * f.width);
       const glm::vec3 origin(c.right * x_m + c.up * y_m + c.towards * start_m), direction(-c.towards);
@@ -201,32 +211,46 @@ std::pair<double, std::string> round_length(double at_most_m) {
   return {factor * unit_m, (power >= 0 ? digit + zeros(power) : "0." + zeros(-power - 1) + digit) + " m"};
 }
 
-/// The view's name, its axes and a scale bar, in the corners of its frame.
-void draw_labels(const View& view, Image<Colour>& picture, int scale) {
-  const Frame& f = view.frame;
-  const int margin = 6 * scale, bottom = f.top + f.height - margin;
-  draw_text(picture, f.top + margin, f.left + margin, view.camera.name, scale, kTextColour);
-
-  const double arrow = 17.0 * scale, half_letter = 3.5 * scale;
-  const glm::dvec2 origin(f.left + margin + 0.5 * arrow + 4 * scale, bottom - 0.5 * arrow - 4 * scale);
+/// Arrows along the axes, into the lower left corner of the view's frame.
+void draw_axes(const View& view, Image<Colour>& picture) {
+  const int dot = view.dot;
+  const glm::dvec2 half_letter = 0.5 * dot * glm::dvec2(kLetterPitch - 1, kLetterHeight);
+  std::array<glm::dvec2, 3> arrow, letter;  // from the origin; lines run down
+  glm::dvec2 least(0.0), most(0.0);
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    const glm::dvec2 along(view.camera.right[axis], -view.camera.up[axis]);  // lines run down
-    if (glm::length(along) < 0.1) continue;                                  // towards the viewer
-    draw_line(picture, origin, origin + arrow * along, scale, kAxisColours[a]);
-    const glm::dvec2 letter = origin + (arrow + 6.0 * scale) * glm::normalize(along) * std::max(0.7, glm::length(along));
-    draw_text(picture, static_cast<int>(letter.y - half_letter), static_cast<int>(letter.x - 2.5 * scale), kAxisNames[a],
-              scale, kAxisColours[a]);
+    arrow[a] = 14.0 * dot * glm::dvec2(view.camera.right[axis], -view.camera.up[axis]);
+    const double length = glm::length(arrow[a]);
+    if (length < dot) continue;  // towards the viewer
+    letter[a] = arrow[a] * (1.0 + 6.0 * dot / length);
+    least = glm::min(least, letter[a] - half_letter);
+    most = glm::max(most, letter[a] + half_letter);
   }
+  const Frame& f = view.frame;
+  const glm::dvec2 origin(f.left + kMargin * dot - least.x, f.top + f.height - kMargin * dot - most.y);
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (glm::length(arrow[a]) < dot) continue;
+    draw_line(picture, origin, origin + arrow[a], dot, kAxisColours[a]);
+    const glm::dvec2 corner = glm::round(origin + letter[a] - half_letter);
+    draw_text(picture, static_cast<int>(corner.y), static_cast<int>(corner.x), kAxisNames[a], dot, kAxisColours[a]);
+  }
+}
 
-  const auto [length_m, text] = round_length(0.35 * f.width * view.pixel_m);
-  const double bar = length_m / view.pixel_m, right = f.left + f.width - margin, tick = 2.0 * scale;
-  const double line = bottom - tick;
-  draw_line(picture, {right - bar, line}, {right, line}, scale, kTextColour);
-  for (const double x : {right - bar, right}) draw_line(picture, {x, line - tick}, {x, line + tick}, scale, kTextColour);
-  const int text_width = static_cast<int>(text.size()) * kLetterPitch * scale;
-  draw_text(picture, static_cast<int>(line - tick) - (kLetterHeight + 2) * scale, static_cast<int>(right) - text_width, text,
-            scale, kTextColour);
+/// The view's name, its axes and a scale bar, in the corners of its frame.
+void draw_labels(const View& view, Image<Colour>& picture) {
+  const Frame& f = view.frame;
+  const int dot = view.dot, margin = kMargin * dot;
+  draw_text(picture, f.top + margin, f.left + margin, view.camera.name, dot, kTextColour);
+  draw_axes(view, picture);
+
+  const auto [length_m, text] = round_length(0.3 * f.width * view.pixel_m);
+  const double bar = length_m / view.pixel_m, right = f.left + f.width - margin, tick = 2.0 * dot;
+  const double line = f.top + f.height - margin - tick;
+  draw_line(picture, {right - bar, line}, {right, line}, dot, kTextColour);
+  for (const double x : {right - bar, right}) draw_line(picture, {x, line - tick}, {x, line + tick}, dot, kTextColour);
+  const int text_width = (static_cast<int>(text.size()) * kLetterPitch - 1) * dot;
+  draw_text(picture, static_cast<int>(line - tick) - (kLetterHeight + 2) * dot, static_cast<int>(right) - text_width, text,
+            dot, kTextColour);
 }
 
 }  // namespace
@@ -245,10 +269,9 @@ Image<Colour> preview(const SurfaceMesh& mesh, const PreviewOptions& options) {
   const RayTracer tracer(model.vertices(), model.triangles);
   const std::array<View, 4> views = layout(model, options);
   if (!(views[0].pixel_m > 0.0)) return picture;  // all in one place
-  const int scale = std::max(1, std::min(options.width / 600, options.height / 450));
   for (const View& view : views) {
     draw_view(view, tracer, picture);
-    draw_labels(view, picture, scale);
+    draw_labels(view, picture);
   }
   const auto left = static_cast<double>(views[1].frame.left);
   draw_line(picture, {left, 0.0}, {left, options.height - 1.0}, 1, kFrameColour);

@@ -23,7 +23,7 @@ struct PreviewOptions {
 ///
 /// Row i is the picture's line from the top, column j its pixel from the left. 2 × 2 rays a pixel, one surface each, by
 /// RayTracer in float32 relative to the surface's middle. An empty mesh gives a white picture. Throws UsageError for
-/// fewer pixels than 200 a side, more than 16384, or an angle that is not finite. Cost: 0.2 s at 1200 × 900 on one
+/// fewer pixels than 200 a side, more than 16384, or an angle that is not finite. Cost: 0.5 s at 1200 × 900 on one
 /// thread, and Embree's tree of the triangles.
 Image<Colour> preview(const SurfaceMesh& mesh, const PreviewOptions& options = {});
 
