@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes the scenes of this folder: the buildings and platforms of the SAR-NeRF paper, an L-shaped
-// building and a street of several materials. Sizes can be varied; without options it writes exactly the files that stand here.
+// building and a street of several materials. Sizes can be varied; without options it writes exactly the
+// files that stand here.
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>

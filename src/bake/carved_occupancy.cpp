@@ -137,7 +137,7 @@ openvdb::FloatGrid::Ptr carved_occupancy(std::span<const PosedImage> images, con
     monitor.check();
     std::size_t last = 0;
     for (std::size_t l = begin; l < end; ++l) {
-      const glm::ivec3 origin = kBrickSide * glm::ivec3(l / n_yz, l / n_z % static_cast<std::size_t>(n_leaves.y), l % n_z);
+      const glm::ivec3 origin = kBrickSide * glm::ivec3(l / n_yz, l % n_yz / n_z, l % n_z);
       auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
       for (int offset = 0; offset < kBrickVoxels; ++offset) {
         const glm::ivec3 voxel = origin + glm::ivec3(offset >> 6, offset >> 3 & 7, offset & 7);

@@ -27,7 +27,9 @@ struct Quads {
 
 /// The tree, with its tiles above the level active: the mesher passes over the sides of others.
 openvdb::FloatTree::ConstPtr with_active_solids(const openvdb::FloatGrid& occupancy, double level) {
-  const auto solid_but_inactive = [&](const auto& tile) { return tile.isTileValue() && double{tile.getValue()} >= level; };
+  const auto solid_but_inactive = [&](const auto& tile) {
+    return tile.isTileValue() && double{tile.getValue()} >= level;
+  };
   bool any = false;
   auto tile = occupancy.tree().cbeginValueOff();
   tile.setMaxDepth(openvdb::FloatTree::ValueOffCIter::LEAF_DEPTH - 1);
@@ -55,9 +57,8 @@ Quads mesh_quads(const openvdb::FloatTree::ConstPtr& tree, const openvdb::Coord&
   Quads quads;
   openvdb::tools::volumeToMesh(*grid, points, quads.corners, level);
   quads.places.reserve(points.size());
-  for (const openvdb::Vec3s& p : points)
-    quads.places.emplace_back(std::llround(kPlacesPerVoxel * double{p.x()}), std::llround(kPlacesPerVoxel * double{p.y()}),
-                              std::llround(kPlacesPerVoxel * double{p.z()}));
+  const auto place = [](float voxels) { return std::llround(kPlacesPerVoxel * double{voxels}); };
+  for (const openvdb::Vec3s& p : points) quads.places.emplace_back(place(p.x()), place(p.y()), place(p.z()));
   return quads;
 }
 

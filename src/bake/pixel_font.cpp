@@ -54,8 +54,10 @@ void draw_text(Image<Colour>& picture, int line, int column, std::string_view te
     for (int i = 0; i < kLetterHeight * scale; ++i) {
       const std::string_view dots = letter->lines[static_cast<std::size_t>(i / scale)];
       for (int j = 0; j < static_cast<int>(dots.size()) * scale; ++j) {
-        const bool inside = line + i >= 0 && line + i < picture.n_azimuth() && left + j >= 0 && left + j < picture.n_range();
-        if (inside && dots[static_cast<std::size_t>(j / scale)] == '#') picture(line + i, left + j) = colour;
+        const int at_line = line + i, at_column = left + j;
+        const bool inside =
+            at_line >= 0 && at_line < picture.n_azimuth() && at_column >= 0 && at_column < picture.n_range();
+        if (inside && dots[static_cast<std::size_t>(j / scale)] == '#') picture(at_line, at_column) = colour;
       }
     }
   }

@@ -164,7 +164,8 @@ void draw_lines(const View& view, const RayTracer& tracer, int first, int last, 
     if (hit.triangle[n] == kNoTriangle) return kWhite;
     const glm::dvec3 normal(hit.normal_x[n], hit.normal_y[n], hit.normal_z[n]);
     const double depth_m = view.seen_m.max.z - (start_m - double{hit.distance_m[n]});
-    return shade(c, normal / std::max(glm::length(normal), 1e-30), std::clamp(depth_m / std::max(size_m.z, 1e-30), 0.0, 1.0));
+    const double depth = std::clamp(depth_m / std::max(size_m.z, 1e-30), 0.0, 1.0);
+    return shade(c, normal / std::max(glm::length(normal), 1e-30), depth);
   };
   for (int i = first; i < last; ++i) {
     for (int j = 0; j < f.width; ++j) {
@@ -249,8 +250,8 @@ void draw_labels(const View& view, Image<Colour>& picture) {
   draw_line(picture, {right - bar, line}, {right, line}, dot, kTextColour);
   for (const double x : {right - bar, right}) draw_line(picture, {x, line - tick}, {x, line + tick}, dot, kTextColour);
   const int text_width = (static_cast<int>(text.size()) * kLetterPitch - 1) * dot;
-  draw_text(picture, static_cast<int>(line - tick) - (kLetterHeight + 2) * dot, static_cast<int>(right) - text_width, text,
-            dot, kTextColour);
+  const int text_line = static_cast<int>(line - tick) - (kLetterHeight + 2) * dot;
+  draw_text(picture, text_line, static_cast<int>(right) - text_width, text, dot, kTextColour);
 }
 
 }  // namespace

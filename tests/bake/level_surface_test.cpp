@@ -111,7 +111,7 @@ TEST_CASE("a box of full voxels loses only its edges") {
   CHECK(box_m(mesh).min == glm::dvec3(-0.5));
   CHECK(box_m(mesh).max == size - 0.5);
   // The vertex of a cell along an edge lies a quarter of a voxel from the last centres, the mean of two crossings, and
-  // its neighbours half a voxel before the edge's end: 1/4 of a voxel's section is missing. Corners are of higher order.
+  // its neighbours half a voxel before the edge's end: 1/4 of a voxel's section is missing. Corners matter less.
   const double edges = 4.0 * (size.x + size.y + size.z), full = size.x * size.y * size.z;
   CHECK(signed_volume_m3(mesh) == Approx(full - edges / 4.0).margin(4.0));
 }

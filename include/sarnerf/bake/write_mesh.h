@@ -12,8 +12,8 @@ namespace sarnerf {
 void require_mesh_ending(const std::filesystem::path& path);
 
 /// Writes the surface as binary PLY (little-endian, float64 coordinates) or OBJ (as many digits as name each double),
-/// by the path's ending, replacing what was there once all is written. load_scene() reads back the very same vertices
-/// and triangles, in map coordinates too.
+/// by the path's ending, replacing what was there once all is written. load_scene() reads back the very same triangles, in
+/// map coordinates too, and numbers vertices anew unless triangles name them in their order, as level_surface() does.
 ///
 /// Comments at the top say units (m), up axis (Y) and `provenance`, one comment per line of it; the time and other
 /// things that differ from run to run are not written, so the same mesh and provenance give the same bytes.
