@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the scenes of this folder: the buildings and platforms of the SAR-NeRF paper and a street of
-// several materials. Sizes can be varied; without options it writes exactly the files that stand here.
+// Writes the scenes of this folder: the buildings and platforms of the SAR-NeRF paper, an L-shaped
+// building and a street of several materials. Sizes can be varied; without options it writes exactly the
+// files that stand here.
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>
@@ -83,6 +84,24 @@ void add_box(ObjText& obj, glm::dvec3 foot, glm::dvec3 size, const Look& look) {
   add_frustum(obj, foot, {size.x, size.z}, {size.x, size.z}, size.y, look);
 }
 
+/// L-shaped block: a wing along the back (−Z) and one along the left (−X) of a square centred over `foot`, one outline
+/// from floor to roof, so that no wall stands inside.
+void add_angle(ObjText& obj, glm::dvec3 foot, double side, double wing, double height, const Look& look) {
+  const double far = 0.5 * side, inner = wing - far;
+  // Against the clock seen from below; the fourth corner is the concave one.
+  const std::array<glm::dvec2, 6> outline = {
+      {{-far, -far}, {far, -far}, {far, inner}, {inner, inner}, {inner, far}, {-far, far}}};
+  Corners floor, roof;
+  for (const glm::dvec2& p : outline) floor.push_back(obj.vertex(foot + glm::dvec3(p.x, 0.0, p.y)));
+  for (const glm::dvec2& p : outline) roof.push_back(obj.vertex(foot + glm::dvec3(p.x, height, p.y)));
+  obj.face("floor", look.wall, floor);
+  for (std::size_t n = 0; n < outline.size(); ++n) {
+    const std::size_t next = (n + 1) % outline.size();
+    obj.face("wall", look.wall, {floor[next], floor[n], roof[n], roof[next]});
+  }
+  obj.face("roof", look.roof, {roof.rbegin(), roof.rend()});
+}
+
 /// House whose ridge runs along X.
 void add_house(ObjText& obj, glm::dvec3 foot, glm::dvec3 size, double ridge_height,
                const Look& look) {
@@ -140,6 +159,7 @@ struct Sizes {
   std::vector<double> cuboid_m = {12.0, 8.0};
   double platform_wide_m = 10.0, platform_narrow_m = 5.0;
   double height_m = 6.0;
+  double angle_side_m = 10.0, angle_wing_m = 4.0, angle_height_m = 5.0;
   double checker_period_m = 1.0, checker_contrast = 0.25, exponent = 2.0;
   unsigned n_houses = 3;
   unsigned crown_faces = 12;
@@ -169,11 +189,11 @@ void write_building(Files& files, const std::string& name, double length, double
   write_scene(files, name, scene);
 }
 
-/// Targets of Fig. 8: no ground, checkered so that views from different sides differ.
-void write_target(Files& files, const std::string& name, const Sizes& s, glm::dvec2 base,
-                  glm::dvec2 top) {
-  ObjText obj;
-  add_frustum(obj, {0, 0, 0}, base, top, s.height_m, {"checkered", "checkered"});
+/// Look of the targets of Fig. 8.
+const Look kCheckered = {"checkered", "checkered"};
+
+/// No ground, checkered so that views from different sides differ.
+void write_target(Files& files, const std::string& name, const Sizes& s, const ObjText& obj) {
   files[name + ".obj"] = obj.text();
   Json scene = scene_of(Json::array({Json{{"file", name + ".obj"}}}));
   scene["materials"] = {{"checkered",
@@ -184,6 +204,19 @@ void write_target(Files& files, const std::string& name, const Sizes& s, glm::dv
                             {"period_m", s.checker_period_m},
                             {"contrast", s.checker_contrast}}}}}};
   write_scene(files, name, scene);
+}
+
+void write_platform(Files& files, const std::string& name, const Sizes& s, glm::dvec2 base, glm::dvec2 top) {
+  ObjText obj;
+  add_frustum(obj, {0, 0, 0}, base, top, s.height_m, kCheckered);
+  write_target(files, name, s, obj);
+}
+
+/// The concave one among the targets, which the paper has not: what lies in its angle no outline shows.
+void write_l_building(Files& files, const Sizes& s) {
+  ObjText obj;
+  add_angle(obj, {0, 0, 0}, s.angle_side_m, s.angle_wing_m, s.angle_height_m, kCheckered);
+  write_target(files, "l_building", s, obj);
 }
 
 void write_street(Files& files, const Sizes& s) {
@@ -243,9 +276,14 @@ Files make_files(const Sizes& s) {
                  s.coinciding_height_m);
   const glm::dvec2 cuboid(s.cuboid_m[0], s.cuboid_m[1]);
   const glm::dvec2 wide(s.platform_wide_m), narrow(s.platform_narrow_m);
-  write_target(files, "cuboid", s, cuboid, cuboid);
-  write_target(files, "platform_upright", s, wide, narrow);
-  write_target(files, "platform_inverted", s, narrow, wide);
+  write_platform(files, "cuboid", s, cuboid, cuboid);
+  write_platform(files, "platform_upright", s, wide, narrow);
+  write_platform(files, "platform_inverted", s, narrow, wide);
+  if (!(s.angle_wing_m < s.angle_side_m)) {
+    throw CLI::ValidationError("--l-wing", "expected less than --l-side, " + decimal(s.angle_side_m) + " m, found " +
+                                               decimal(s.angle_wing_m) + " m");
+  }
+  write_l_building(files, s);
   write_street(files, s);
   return files;
 }
@@ -272,7 +310,7 @@ int n_differing(const Files& files, const std::filesystem::path& folder) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Writes the scenes of the paper and a street as OBJ meshes with JSON scenes.");
+  CLI::App app("Writes the scenes of the paper, an L-shaped building and a street as OBJ meshes with JSON scenes.");
   Sizes sizes;
   std::string folder = ".";
   bool check = false;
@@ -302,6 +340,15 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--height", sizes.height_m, "Height of cuboid and platforms (m)")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--l-side", sizes.angle_side_m, "Side of the square around the L-shaped building (m)")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--l-wing", sizes.angle_wing_m, "Width of its wings (m)")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--l-height", sizes.angle_height_m, "Its height (m)")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--checker-period", sizes.checker_period_m,
