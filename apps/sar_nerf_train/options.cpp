@@ -34,7 +34,7 @@ constexpr const char* kExamples =
 
 /// The texts of all options, as given.
 struct Texts {
-  std::string dataset, field = "grid", steps = "auto", time, holdout = "auto", patience = "off", against, lpips,
+  std::string dataset, field = "grid", surfaces = "auto", steps = "auto", time, holdout = "auto", patience = "off", against, lpips,
                        seed = "1";
   std::vector<std::string> training;
   std::string output, resume;
@@ -53,6 +53,10 @@ void add_options(CommandLine& command, Texts& t) {
   command.begin_group("Training");
   add("--field", t.field, "grid|mlp", "Sparse voxels, or the paper's network")
       ->check(one_of({"grid", "mlp"}));
+  add("--surfaces", t.surfaces, "auto|on|off",
+      "Learn opaque matter, from which surfaces can be taken; auto: with 36 or more images of different incidences "
+      "and no background")
+      ->check(one_of({"auto", "on", "off"}));
   add("--steps", t.steps, "N|auto", "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
   add("--time", t.time, "TIME",
       "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
@@ -99,6 +103,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   o.shared = command.shared_options();
   o.dataset = without_slash(t.dataset);
   o.field = t.field;
+  if (t.surfaces != "auto") o.surfaces = t.surfaces == "on";
   if (!t.time.empty()) {
     if (steps_given)
       throw UsageError("--steps and --time both say when training ends; give one of them");

@@ -16,6 +16,7 @@ namespace sarnerf::app {
 struct Options {
   std::filesystem::path dataset;
   std::string field = "grid";
+  std::optional<bool> surfaces;  ///< unless the images decide
   std::int64_t steps = 0;        ///< 0: as many as suit the images
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
   std::string holdout_text = "auto";

@@ -89,7 +89,7 @@ Json value_of(const std::string& name, const std::string& text, const Json& like
 }  // namespace
 
 TrainerOptions training_options(const Options& o, const TrainingSet& set) {
-  TrainerOptions defaults = default_options(set, o.field, o.time_s ? Schedule::clock : Schedule::steps);
+  TrainerOptions defaults = default_options(set, o.field, o.time_s ? Schedule::clock : Schedule::steps, o.surfaces);
   defaults.seed = o.seed;
   Json json = Json::parse(options_json(defaults));
   std::vector<std::string> names;

@@ -34,6 +34,7 @@ GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, int
 }
 
 bool GridLearner::adapt(double progress, const TrainingSet& set, const RaySampling& sampling) {
+  progress_ = progress;
   if (steps_at_level_ == 0) level_progress_ = progress;
   const bool refines = refinement_is_due(progress);
   if (refines) refine(progress);
@@ -129,7 +130,9 @@ void GridLearner::minimise(const torch::Tensor& loss, double rate) {
   const std::vector<float> shares = this->shares();
   add_smoothness(shares);
   const torch::NoGradGuard no_grad;
-  adam_.step(field_, shares, rate * options_.density_rate, rate * options_.source_rate);
+  const double source_rate = rate * options_.source_rate;
+  const double decay = options_.brightness_decay * std::pow(options_.final_brightness_decay, progress_);
+  adam_.step(field_, shares, {rate * options_.density_rate, source_rate, source_rate * decay});
   field_.log_depth.clamp_max_(std::log(kMostDepth));
   ++steps_at_level_;
   ++steps_since_change_;

@@ -44,6 +44,7 @@ class GridLearner : public FieldLearner {
   std::optional<double> ground_height_m_;
   std::optional<Neighbourhood> neighbours_;  ///< of the present voxels, once it was asked for
   std::optional<RowsOfPass> pass_;           ///< likewise
+  double progress_ = 0.0;               ///< that adapt() was told last
   int level_ = 0;                       ///< halvings so far
   double level_progress_ = 0.0;         ///< of the first step since the last one
   std::int64_t steps_at_level_ = 0;     ///< since then

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "archive_text.h"
 #include "sarnerf/nerf/trainer.h"
@@ -26,6 +27,8 @@ void for_each_grid_option(Options& o, Visit&& visit) {
   visit("prune_depth", o.prune_depth);
   visit("prune_exposure", o.prune_exposure);
   visit("n_prunings", o.n_prunings);
+  visit("brightness_decay", o.brightness_decay);
+  visit("final_brightness_decay", o.final_brightness_decay);
   visit("smooth_density", o.smooth_density);
   visit("smooth_source", o.smooth_source);
   visit("smooth_angular", o.smooth_angular);
@@ -70,9 +73,34 @@ void for_each_option(Options& o, Visit&& visit) {
 /// By the clock, a step with voxels of half the size takes as long as some four of before.
 constexpr int kClockStepsLeft = 300;
 
+/// Incidences this far apart (rad) see a scene's heights from so different sides that fog and false surfaces show.
+constexpr double kIncidencesDiffer = 5.0 * std::numbers::pi / 180.0;
+
+/// Fewer images leave so much open that decay darkens what they cannot place.
+constexpr std::size_t kLeastForSurfaces = 36;
+
+bool images_tell_surfaces(const TrainingSet& set) {
+  if (set.images.size() < kLeastForSurfaces || has_background(set.images)) return false;
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const PosedImage& image : set.images) {
+    least = std::min(least, image.acquisition.incidence_rad);
+    most = std::max(most, image.acquisition.incidence_rad);
+  }
+  return most - least > kIncidencesDiffer;
+}
+
+/// Fog so thin that rays see all of it, and a reason to become opaque: matter grows where all views agree, and not
+/// where the first ones put it.
+void learn_surfaces(GridOptions& grid, bool several_incidences) {
+  grid.initial_depth = 0.02;
+  grid.prune_depth = 0.002;
+  grid.brightness_decay = several_incidences ? 1.0 : 0.7;
+}
+
 }  // namespace
 
-TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule) {
+TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule,
+                               std::optional<bool> surfaces) {
   TrainerOptions options;
   if (schedule == Schedule::clock) options.grid.refine_steps_left = kClockStepsLeft;
   options.field = field;
@@ -96,6 +124,8 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.rows_per_step = 70;
     options.grid.prune_from = 0.2;
   }
+  const bool told = images_tell_surfaces(set);
+  if (surfaces.value_or(told)) learn_surfaces(options.grid, told);
   options.mlp.voxel_size_m = bin_m;
   options.mlp.shape.position_frequencies = suitable_frequencies(set.box_m, bin_m);
   if (field == "mlp") {

@@ -20,12 +20,13 @@ struct Parameters {
   float* square;
   std::size_t n;
   float rate;  ///< over the mean's bias correction
+  float decay;
 
   void move(std::size_t voxel, float share, float square_correction) const {
     for (std::size_t k = voxel * n; k < (voxel + 1) * n; ++k) {
       mean[k] = kBeta1 * mean[k] + (1.0f - kBeta1) * gradient[k];
       square[k] = kBeta2 * square[k] + (1.0f - kBeta2) * gradient[k] * gradient[k];
-      value[k] -= share * rate * mean[k] / (std::sqrt(square[k] * square_correction) + kEpsilon);
+      value[k] -= share * (decay * value[k] + rate * mean[k] / (std::sqrt(square[k] * square_correction) + kEpsilon));
     }
   }
 };
@@ -38,19 +39,20 @@ VoxelAdam::VoxelAdam(const GridField& field)
       mean_source_(torch::zeros_like(field.coefficients.detach())),
       square_source_(torch::zeros_like(mean_source_)) {}
 
-void VoxelAdam::step(GridField& field, std::span<const float> share, double density_rate, double source_rate) {
+void VoxelAdam::step(GridField& field, std::span<const float> share, const Rates& rates) {
   ++steps_;
   const auto t = static_cast<double>(steps_);
   const double mean_correction = 1.0 / (1.0 - std::pow(double{kBeta1}, t));
   const auto square_correction = static_cast<float>(1.0 / (1.0 - std::pow(double{kBeta2}, t)));
-  const auto of = [&](torch::Tensor& value, torch::Tensor& mean, torch::Tensor& square, double rate) {
+  const auto of = [&](torch::Tensor& value, torch::Tensor& mean, torch::Tensor& square, double rate, double decay) {
     return Parameters{value.data_ptr<float>(), value.grad().data_ptr<float>(), mean.data_ptr<float>(),
                       square.data_ptr<float>(),
                       value.dim() == 1 ? std::size_t{1} : static_cast<std::size_t>(value.size(1)),
-                      static_cast<float>(rate * mean_correction)};
+                      static_cast<float>(rate * mean_correction),
+                      static_cast<float>(decay)};
   };
-  const Parameters density = of(field.log_depth, mean_density_, square_density_, density_rate);
-  const Parameters source = of(field.coefficients, mean_source_, square_source_, source_rate);
+  const Parameters density = of(field.log_depth, mean_density_, square_density_, rates.density, 0.0);
+  const Parameters source = of(field.coefficients, mean_source_, square_source_, rates.source, rates.source_decay);
   parallel_for(share.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
       if (share[n] == 0.0f) continue;

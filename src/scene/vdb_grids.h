@@ -23,9 +23,10 @@ struct VdbScene::Grids {
   openvdb::Vec3SGrid::Ptr normal;                   ///< for SourceBasis::cosine
   openvdb::FloatGrid::Ptr exponent;                 ///< for SourceBasis::cosine
   openvdb::Int32Grid::Ptr component;                ///< optional, as enum Component
+  openvdb::FloatGrid::Ptr occupancy;        ///< optional: 0 outside of a body and 1 inside, for those who want its shape
   openvdb::MetaMap metadata;  ///< of the file, beside what write_vdb() sets itself
 
-  /// Those that exist, in the order of the channels; `component` last.
+  /// Those that exist, in the order of the channels; `component` and `occupancy` last.
   std::vector<openvdb::GridBase::Ptr> all() const;
 };
 

@@ -35,6 +35,7 @@ class OwnLayout {
         load_numbers("extinction_back", ValueRule::not_negative, optical_scale());
     read_source();
     grids_->component = load<openvdb::Int32Grid>("component", require_components);
+    if (find("occupancy") != nullptr) used_.insert("occupancy");  // a body's shape, which no ray asks for
     read_scene_box();
     keep_metadata();
     say_what_is_left();

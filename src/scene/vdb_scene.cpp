@@ -90,6 +90,7 @@ std::vector<openvdb::GridBase::Ptr> VdbScene::Grids::all() const {
   add(normal);
   add(exponent);
   add(component);
+  add(occupancy);
   return present;
 }
 

@@ -80,6 +80,7 @@ openvdb::GridCPtrVec named_grids(const VdbScene::Grids& grids) {
   add(grids.normal, "normal");
   add(grids.exponent, "exponent");
   add(grids.component, "component");
+  add(grids.occupancy, "occupancy", openvdb::GRID_FOG_VOLUME);
   return named_grids;
 }
 

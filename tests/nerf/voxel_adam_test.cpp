@@ -28,7 +28,7 @@ TEST_CASE("voxels that are met move as LibTorch's Adam moves them; the others st
     field.coefficients.mutable_grad() = ds.clone();
     density.mutable_grad() = dd.clone();
     source.mutable_grad() = ds.clone();
-    adam.step(field, share, 0.3, 0.05);
+    adam.step(field, share, {0.3, 0.05});
     reference.step();
   }
   CHECK((field.log_depth - density).abs().max().item<float>() < 1e-5f);
@@ -37,7 +37,7 @@ TEST_CASE("voxels that are met move as LibTorch's Adam moves them; the others st
   const torch::Tensor before = field.log_depth.detach().clone(), source_before = field.coefficients.detach().clone();
   std::fill(share.begin(), share.end(), 0.0f);
   share[3] = 0.5f;
-  adam.step(field, share, 0.3, 0.05);
+  adam.step(field, share, {0.3, 0.05});
   const torch::Tensor moved = (field.log_depth - before).abs();
   CHECK(moved[3].item<float>() > 0.0f);
   CHECK((moved > 0.0f).sum().item<std::int64_t>() == 1);

@@ -30,6 +30,10 @@ struct GridOptions {
   double prune_exposure = 1e-4;     ///< those that return less of their brightness, in pixels a view, too
   double prune_from = 0.0;          ///< progress before which nothing is given up
   int n_prunings = 12;              ///< in the course of the training
+  /// Share of the brightness that goes with every step, over source_rate; falls by the next. Thin fog that is bright
+  /// and opaque matter that is less so may give the same image: what decays has to become opaque to stay.
+  double brightness_decay = 0.0;
+  double final_brightness_decay = 0.03;  ///< its share at the end
   double smooth_density = 1e-4, smooth_source = 0.0, smooth_angular = 0.0;  ///< between neighbours
 };
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "sarnerf/nerf/grid_field.h"
@@ -31,8 +32,11 @@ struct TrainerOptions {
 /// What the share of the training that is done is counted in.
 enum class Schedule { steps, clock };
 
-/// The options that suit a set of images: with few views, priors count more.
-TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps);
+/// The options that suit a set of images: with few views, priors count more. `surfaces`: whether the field `grid` is to
+/// become opaque where there is matter, so that surfaces can be taken from it; unless told otherwise, where enough images
+/// of different incidences without a background tell them, and views that lie between profit, too.
+TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
+                               std::optional<bool> surfaces = std::nullopt);
 
 /// Steps after which more of them bring little: 1000, and 600 where images show a ground, which take longer each.
 std::int64_t default_steps(const TrainingSet& set);

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "sarnerf/bake/surface_mesh.h"
+#include "sarnerf/core/monitor.h"
+#include "sarnerf/geometry/box.h"
+#include "sarnerf/nerf/model_file.h"
+#include "sarnerf/scene/vdb_scene.h"
+
+namespace sarnerf {
+
+/// What the occupancy and the mesh of an extraction are made of.
+enum class Body {
+  solid,  ///< surfaces that views see, and all behind them: nobody sees inside of opaque matter
+  shell,  ///< matter denser than a threshold, where it is
+};
+
+struct ExtractOptions {
+  /// Voxels along the side of a cube of `extent_m`; 0: the learned lattice of the field `grid`, and voxels as large as a
+  /// third of the cache's for `mlp`, over all that the field holds.
+  int resolution = 256;
+  double extent_m = 20.0;
+  std::optional<glm::dvec3> centre_m;  ///< of the cube, world; else over the aim point, where matter is
+  Body body = Body::solid;
+  std::optional<double> threshold_per_m;   ///< one-way extinction of voxels that count as matter; else by its histogram
+  std::optional<double> ground_height_m;   ///< world; the body ends there. Else it ends at the lowest return
+  std::size_t most_views = 66;             ///< of the training's that tell the solid from what is empty
+  std::uint64_t max_memory_bytes = 0;      ///< of grids; 0: unlimited
+  std::string model_sha256;                ///< for the volume's provenance
+  Monitor monitor;
+};
+
+/// A model as voxels and as a surface.
+struct Extraction {
+  VdbScene volume;   ///< world coordinates; the field as it was learned, and the occupancy of the body
+  SurfaceMesh mesh;  ///< of the occupancy at one half, world coordinates
+  double voxel_size_m = 0.0;
+  Box box_m;                            ///< world, of what was extracted
+  double threshold_per_m = 0.0;         ///< that was used, or would be: see ExtractOptions
+  double bottom_m = 0.0;                ///< world height at which the body ends
+  bool bottom_was_given = false;
+  double harmonics_residual = 0.0;      ///< of the field `mlp`: see docs/extraction.md
+  double part_outside = 0.0;            ///< of the learned matter's box, by volume, that the extent cuts off
+  struct Seconds {
+    double field = 0.0, body = 0.0, mesh = 0.0;
+  } seconds;
+};
+
+/// Takes a learned field out of its model: extinction and brightness as they were learned, the body that its training
+/// views see, and its surface. Throws UsageError for an extent that misses the field, a threshold that leaves nothing, or
+/// more memory than allowed; Interrupted. Cost: docs/extraction.md.
+Extraction extract(const Model& model, const ExtractOptions& options);
+
+/// The threshold between fog and matter by Otsu's method (1979) on the logarithm of extinctions above 0: that which
+/// parts them into two classes of the least variance within. 0 without any.
+double otsu_threshold(std::vector<float> extinction_per_m);
+
+}  // namespace sarnerf

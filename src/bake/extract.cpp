@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/bake/extract.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "level_surface.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/nerf/row_renderer.h"
+#include "solid_occupancy.h"
+#include "volume_grids.h"
+
+namespace sarnerf {
+namespace {
+
+class Clock {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(begin_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+std::string numbers(const char* format, double a, double b) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, a, b);
+  return text;
+}
+
+VoxelLattice lattice_over(const Box& box_m, double voxel_size_m, const glm::dvec3& origin_m) {
+  VoxelLattice lattice;
+  lattice.transform = {origin_m, voxel_size_m};
+  lattice.first = glm::ivec3(glm::floor(lattice.transform.index_from_world(box_m.min)));
+  lattice.last = glm::ivec3(glm::ceil(lattice.transform.index_from_world(box_m.max)));
+  return lattice;
+}
+
+/// Frames relative to the aim point.
+struct Cube {
+  Box box_m;
+  double part_outside = 0.0;
+};
+
+Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec3& aim_m) {
+  glm::dvec3 centre_m(0.0, matter_m.centre().y, 0.0);
+  if (options.centre_m) centre_m = *options.centre_m - aim_m;
+  Cube cube;
+  cube.box_m = {centre_m - 0.5 * options.extent_m, centre_m + 0.5 * options.extent_m};
+  const glm::dvec3 common = glm::min(cube.box_m.max, matter_m.max) - glm::max(cube.box_m.min, matter_m.min);
+  if (common.x <= 0.0 || common.y <= 0.0 || common.z <= 0.0) {
+    const glm::dvec3 c = matter_m.centre() + aim_m, size = matter_m.size();
+    char text[300];
+    std::snprintf(text, sizeof text,
+                  "--extent: a cube of %.6g m around %.6g,%.6g,%.6g holds nothing of the learned matter, which is %.3g x "
+                  "%.3g x %.3g m around %.6g,%.6g,%.6g; leave out --centre, or move it there",
+                  options.extent_m, centre_m.x + aim_m.x, centre_m.y + aim_m.y, centre_m.z + aim_m.z, size.x, size.y,
+                  size.z, c.x, c.y, c.z);
+    throw UsageError(text);
+  }
+  const glm::dvec3 whole = matter_m.size();
+  cube.part_outside = 1.0 - common.x * common.y * common.z / (whole.x * whole.y * whole.z);
+  return cube;
+}
+
+std::vector<float> extinctions(const LearnedVolume& volume) {
+  const auto values = volume.grid.view().values;
+  std::vector<float> some;
+  for (std::size_t v = 0; v < values.size(); v += static_cast<std::size_t>(volume.channels.count()))
+    if (values[v] > 0.0f) some.push_back(values[v]);
+  return some;
+}
+
+void remove_below(LearnedVolume& volume, double threshold_per_m) {
+  const auto n = static_cast<std::size_t>(volume.channels.count());
+  const std::span<float> values = volume.grid.view().values;
+  for (std::size_t v = 0; v < values.size(); v += n)
+    if (double{values[v]} < threshold_per_m) std::fill(&values[v], &values[v] + n, 0.0f);
+}
+
+std::vector<Acquisition> training_acquisitions(const ModelInfo& info) {
+  std::vector<Acquisition> views;
+  for (const DatasetView& view : info.training_views) views.push_back(acquisition_of(view, glm::dvec3(0.0)));
+  return views;
+}
+
+}  // namespace
+
+double otsu_threshold(std::vector<float> extinction_per_m) {
+  if (extinction_per_m.empty()) return 0.0;
+  constexpr std::size_t kClasses = 256;
+  const auto [least, most] = std::minmax_element(extinction_per_m.begin(), extinction_per_m.end());
+  const double low = std::log(double{*least}), width = (std::log(double{*most}) - low) / kClasses;
+  if (!(width > 0.0)) return double{*least};
+  std::vector<double> count(kClasses, 0.0);
+  for (const float e : extinction_per_m)
+    count[std::min(kClasses - 1, static_cast<std::size_t>((std::log(double{e}) - low) / width))] += 1.0;
+  double n = 0.0, sum = 0.0;
+  for (std::size_t c = 0; c < kClasses; ++c) n += count[c], sum += count[c] * static_cast<double>(c);
+  double n_low = 0.0, sum_low = 0.0, best = -1.0;
+  std::size_t border = 0;
+  for (std::size_t c = 0; c + 1 < kClasses; ++c) {
+    n_low += count[c];
+    sum_low += count[c] * static_cast<double>(c);
+    if (n_low == 0.0 || n_low == n) continue;
+    const double difference = sum_low / n_low - (sum - sum_low) / (n - n_low);
+    const double between = n_low * (n - n_low) * difference * difference;
+    if (between > best) best = between, border = c + 1;
+  }
+  return std::exp(low + width * static_cast<double>(border));
+}
+
+Extraction extract(const Model& model, const ExtractOptions& options) {
+  Clock clock;
+  Extraction result;
+  const std::vector<Acquisition> views = training_acquisitions(model.info);
+  const glm::dvec3 aim_m = model.info.aim_m;
+  const Box matter_m = model.field->occupied_box_m();
+  if (matter_m.empty()) throw UsageError("the model holds no matter at all; train it longer, or with other images");
+
+  const auto* const grid = dynamic_cast<const GridField*>(model.field.get());
+  const auto* const mlp = dynamic_cast<const MlpField*>(model.field.get());
+  const double field_voxel_m = model.field->voxel_size_m();
+  VoxelLattice lattice;
+  if (options.resolution == 0) {
+    const double voxel_m = grid != nullptr ? field_voxel_m : field_voxel_m / 3.0;
+    lattice = lattice_over(matter_m, voxel_m, grid != nullptr ? grid->transform().origin_m : glm::dvec3(0.5 * voxel_m));
+  } else {
+    const Cube cube = cube_of(options, matter_m, aim_m);
+    const double voxel_m = options.extent_m / options.resolution;
+    result.part_outside = cube.part_outside;
+    lattice.transform = {cube.box_m.min + 0.5 * voxel_m, voxel_m};
+    lattice.last = glm::ivec3(options.resolution - 1);
+  }
+  result.voxel_size_m = lattice.transform.voxel_size_m;
+  result.box_m = {aim_m + lattice.transform.world_from_index(glm::dvec3(lattice.first) - 0.5),
+                  aim_m + lattice.transform.world_from_index(glm::dvec3(lattice.last) + 0.5)};
+
+  LearnedVolume volume;
+  if (grid != nullptr) {
+    volume = native_volume(*grid);
+  } else if (mlp != nullptr) {
+    volume = sampled(*mlp, lattice, views, options.max_memory_bytes, options.monitor);
+  } else {
+    throw UsageError("fields of the kind " + std::string(model.field->kind()) + " cannot be extracted");
+  }
+  result.harmonics_residual = volume.harmonics_residual;
+  const std::vector<float> all = extinctions(volume);
+  const double least = all.empty() ? 0.0 : double{*std::min_element(all.begin(), all.end())};
+  const double most = all.empty() ? 0.0 : double{*std::max_element(all.begin(), all.end())};
+  result.threshold_per_m = options.threshold_per_m.value_or(otsu_threshold(all));
+  if (all.empty() || result.threshold_per_m > most)
+    throw UsageError(numbers("--threshold: no voxel has so much extinction; those of this field have %.3g to %.3g per "
+                             "metre, so that anything below the larger one leaves some", least, most));
+
+  // What is written is the field as it was learned, and what is looked at is what the threshold leaves of it.
+  LearnedVolume learned = grid == nullptr || options.resolution == 0
+                              ? volume
+                              : resampled(volume, lattice, options.max_memory_bytes, options.monitor);
+  if (options.threshold_per_m) remove_below(volume, *options.threshold_per_m);
+  const Occupancy matter = volume.occupancy();
+  result.seconds.field = clock.lap();
+
+  std::optional<double> floor_m;
+  if (options.ground_height_m) floor_m = *options.ground_height_m - aim_m.y;
+  result.bottom_was_given = floor_m.has_value();
+  openvdb::FloatGrid::Ptr occupancy;
+  if (options.body == Body::solid) {
+    const double spacing_m = 0.5 * volume.grid.transform().voxel_size_m;
+    const auto maps = return_maps(volume, matter, spread_views(views, options.most_views), spacing_m, options.monitor);
+    if (!floor_m) floor_m = lowest_return_m(maps);
+    occupancy = solid_occupancy(maps, matter, volume.grid.transform(), lattice, floor_m, options.monitor);
+  } else {
+    occupancy = shell_occupancy(learned, result.threshold_per_m, floor_m);
+  }
+  result.bottom_m = floor_m.value_or(matter_m.min.y) + aim_m.y;
+  result.seconds.body = clock.lap();
+
+  GridTransform in_world = lattice.transform;
+  in_world.origin_m += aim_m;
+  result.volume = volume_grids(learned, in_world, occupancy);
+  result.mesh = level_surface(*occupancy, 0.5);
+  result.volume.scene_box_m = {model.info.scene_box_m.min, model.info.scene_box_m.max};
+  describe(result.volume, model, options, result);
+  result.seconds.mesh = clock.lap();
+  return result;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+
+#include "sarnerf/core/monitor.h"
+#include "sarnerf/field/brick_grid.h"
+#include "sarnerf/field/field_sampler.h"
+#include "sarnerf/field/occupancy.h"
+#include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/mlp_field.h"
+
+namespace sarnerf {
+
+/// A learned field as voxels: κ (1/m) and coefficients γ_lm of the brightness, in world axes centred on the aim point.
+struct LearnedVolume {
+  BrickGrid<float> grid{GridTransform{}, 1};
+  FieldChannels channels;
+  /// Of the brightness that voxels have by their coefficients, from what the field itself has there: root of the mean
+  /// square over that of the field, weighted by extinction. 0 where coefficients are the field's own.
+  double harmonics_residual = 0.0;
+
+  Occupancy occupancy() const { return Occupancy(grid.view(), 1); }
+};
+
+/// Which voxels are wanted.
+struct VoxelLattice {
+  GridTransform transform;  ///< relative to the aim point
+  glm::ivec3 first{0}, last{-1};
+};
+
+/// The field's own voxels.
+LearnedVolume native_volume(const GridField& field);
+
+/// Another volume's values at the lattice's places, interpolated; bricks without extinction are left out. Throws
+/// UsageError before allocating more than `max_memory_bytes` (0: unlimited). Cost: some 60 ns a voxel of bricks that
+/// hold matter, in parallel.
+LearnedVolume resampled(const LearnedVolume& volume, const VoxelLattice& lattice, std::uint64_t max_memory_bytes,
+                        const Monitor& monitor);
+
+/// A network's extinction at the lattice's places, and harmonics of degree 2 fitted to its brightness in directions
+/// spread over those of the views, by least squares. Where two-way optical depth per reference bin is below 1e-3 nothing
+/// is kept. Throws as resampled(). Cost: one evaluation of the network a voxel that the field's lattice counts as occupied,
+/// and one for each of 16 directions where there is matter.
+LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::span<const Acquisition> views,
+                      std::uint64_t max_memory_bytes, const Monitor& monitor);
+
+/// Bricks of a lattice, ascending, in which some place lies in an occupied cell.
+std::vector<glm::ivec3> bricks_with_matter(const Occupancy& occupancy, const GridTransform& of_occupancy,
+                                           const VoxelLattice& lattice);
+
+/// Throws UsageError where bricks of so many numbers a voxel, held twice, need more than allowed.
+void require_memory(std::size_t n_bricks, int n_channels, double voxel_size_m, std::uint64_t max_memory_bytes);
+
+}  // namespace sarnerf

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "return_map.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/mpa/volume_march.h"
+#include "sarnerf/nerf/row_renderer.h"
+
+namespace sarnerf {
+namespace {
+
+/// Of what the median ray that returns anything returns: a ray that returns so much meets matter.
+constexpr double kReturnThatMeets = 0.25;
+
+/// Rays that return less than this share of the brightest hundredth return nothing.
+constexpr double kNothing = 0.01;
+
+/// One more at either end, so that every point of the box lies between rays.
+Fan fan_over(const Acquisition& view, const Box& box_m, double spacing_m) {
+  const auto extent = angular_extent(view, box_m);
+  const double step = spacing_m / view.slant_range_m;
+  const int n = static_cast<int>((extent.second - extent.first) / step) + 3;
+  return {extent.first - step, step, n};
+}
+
+float median_of_returning(std::vector<float> returned) {
+  if (returned.empty()) return 0.0f;
+  const auto bright = returned.begin() + static_cast<std::ptrdiff_t>(returned.size() * 99 / 100);
+  std::nth_element(returned.begin(), bright, returned.end());
+  const auto least = static_cast<float>(kNothing * double{*bright});
+  const auto end = std::partition(returned.begin(), returned.end(), [&](float r) { return r > least; });
+  if (end == returned.begin()) return 0.0f;
+  const auto middle = returned.begin() + (end - returned.begin()) / 2;
+  std::nth_element(returned.begin(), middle, end);
+  return *middle;
+}
+
+}  // namespace
+
+ReturnMap::ReturnMap(const Acquisition& view, const Box& box_m, double spacing_m)
+    : view_(view), frame_(radar_frame(view)), rays_(view, fan_over(view, box_m, spacing_m)), spacing_m_(spacing_m) {
+  double low_m = std::numeric_limits<double>::infinity(), high_m = -low_m;
+  for (const glm::dvec3& corner : box_m.corners()) {
+    low_m = std::min(low_m, glm::dot(corner, frame_.h));
+    high_m = std::max(high_m, glm::dot(corner, frame_.h));
+  }
+  first_along_track_m_ = low_m - spacing_m;
+  n_along_ = static_cast<int>((high_m - low_m) / spacing_m) + 4;
+  n_angles_ = rays_.fan().n_elevation;
+}
+
+void ReturnMap::look(const LearnedVolume& volume, const Occupancy& occupancy, const Box& box_m) {
+  map_.assign(static_cast<std::size_t>(n_along_) * static_cast<std::size_t>(n_angles_), {});
+  VolumeMarcher marcher(volume.grid.view(), volume.channels, occupancy, 0.5 * volume.grid.transform().voxel_size_m);
+  SampleBatch batch;
+  BatchField field;
+  std::vector<MarchRay> rays;
+  for (int i = 0; i < n_along_; ++i) {
+    const double along_track_m = first_along_track_m_ + i * spacing_m_;
+    rays.clear();
+    for (int k = 0; k < n_angles_; ++k) {
+      const RangeInterval inside = clip_to_box(rays_, along_track_m, k, box_m);
+      if (!inside.empty()) rays.push_back({along_track_m, 0, k, inside});
+    }
+    batch.clear();
+    field.clear();
+    marcher.march(rays_, rays, batch, field);
+    for (std::size_t q = 0; q < rays.size(); ++q) {
+      const std::size_t begin = batch.ray_begin[q], end = batch.ray_begin[q + 1];
+      double transmitted = 1.0, returned = 0.0;
+      const auto pass = [&](std::size_t s) {
+        const double x = 2.0 * double{field.extinction_per_m[s]} * double{batch.length_m[s]};
+        returned -= double{std::max(0.0f, field.source[s])} * transmitted * std::expm1(-x);
+        transmitted *= std::exp(-x);
+      };
+      for (std::size_t s = begin; s < end; ++s) pass(s);
+      Ray& ray = map_[static_cast<std::size_t>(i * n_angles_ + rays[q].k)];
+      ray.returned = static_cast<float>(returned);
+      ray.meets = static_cast<float>(1.0 - transmitted);
+      if (!(returned > 0.0)) {
+        ray.meets = 0.0f;
+        continue;
+      }
+      const double half = 0.5 * returned;
+      transmitted = 1.0, returned = 0.0;
+      for (std::size_t s = begin; s < end; ++s) {
+        const double before = returned;
+        pass(s);
+        if (returned < half) continue;
+        const double part = (half - before) / (returned - before);
+        ray.range_offset_m = static_cast<float>((field.near_bin[s] - 0.5 * view_.n_range) * view_.range_spacing_m +
+                                                part * double{batch.length_m[s]});
+        break;
+      }
+    }
+  }
+}
+
+double ReturnMap::distance_m(const glm::dvec3& point_m) const {
+  const RadarPoint p = project(view_, frame_, point_m);
+  const double row = p.along_track_m / view_.azimuth_spacing_m + 0.5 * view_.n_azimuth;
+  if (!(row >= 0.0 && row < view_.n_azimuth && p.range_offset_m >= view_.bin_offset_m(-0.5) &&
+        p.range_offset_m <= view_.bin_offset_m(view_.n_range - 0.5)))
+    return std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNothingMet = std::numeric_limits<double>::infinity();
+  const double i = (p.along_track_m - first_along_track_m_) / spacing_m_;
+  const double k = (p.ray_angle_rad - rays_.fan().ray_angle_rad(0)) / rays_.fan().step_rad;
+  if (!(i >= 0.0 && k >= 0.0 && i < n_along_ - 1 && k < n_angles_ - 1)) return kNothingMet;
+  const auto i0 = static_cast<int>(i), k0 = static_cast<int>(k);
+  const double u = i - i0, v = k - k0;
+  double meets = 0.0, range = 0.0, weight = 0.0;
+  for (int n = 0; n < 4; ++n) {
+    const Ray& ray = map_[static_cast<std::size_t>((i0 + (n >> 1)) * n_angles_ + k0 + (n & 1))];
+    const double w = ((n >> 1) != 0 ? u : 1.0 - u) * ((n & 1) != 0 ? v : 1.0 - v);
+    meets += w * double{ray.meets};
+    if (ray.meets < 0.5f) continue;
+    range += w * double{ray.range_offset_m};
+    weight += w;
+  }
+  return meets < 0.5 || weight == 0.0 ? kNothingMet : range / weight - p.range_offset_m;
+}
+
+void ReturnMap::append_places(std::vector<glm::dvec3>& places_m) const {
+  for (int i = 0; i < n_along_; ++i) {
+    for (int k = 0; k < n_angles_; ++k) {
+      const Ray& ray = map_[static_cast<std::size_t>(i * n_angles_ + k)];
+      if (ray.meets < 0.5f) continue;
+      places_m.push_back(
+          rays_.point_from_aim_m(first_along_track_m_ + i * spacing_m_, double{ray.range_offset_m}, k));
+    }
+  }
+}
+
+std::vector<ReturnMap> return_maps(const LearnedVolume& volume, const Occupancy& occupancy,
+                                   std::span<const Acquisition> views, double spacing_m, const Monitor& monitor) {
+  const Box box_m = occupied_box(occupancy, volume.grid.transform());
+  std::vector<ReturnMap> maps;
+  if (box_m.empty()) return maps;
+  for (const Acquisition& view : views) maps.emplace_back(view, box_m, spacing_m);
+  std::atomic<std::size_t> n_done = 0;
+  parallel_for(maps.size(), 1, [&](std::size_t begin, std::size_t end, int worker) {
+    for (std::size_t n = begin; n < end; ++n) {
+      monitor.check();
+      maps[n].look(volume, occupancy, box_m);
+      const std::size_t done = ++n_done;
+      if (worker == 0) monitor.report("looking at the field", done, maps.size());
+    }
+  });
+  std::vector<float> returned;
+  for (const ReturnMap& map : maps)
+    for (const ReturnMap::Ray& ray : map.map_)
+      if (ray.returned > 0.0f) returned.push_back(ray.returned);
+  const float usual = median_of_returning(std::move(returned));
+  if (usual > 0.0f) {
+    const auto scale = static_cast<float>(0.5 / (kReturnThatMeets * double{usual}));
+    for (ReturnMap& map : maps)
+      for (ReturnMap::Ray& ray : map.map_) ray.meets = std::max(ray.meets, std::min(1.0f, scale * ray.returned));
+  }
+  return maps;
+}
+
+std::vector<Acquisition> spread_views(std::span<const Acquisition> views, std::size_t n) {
+  std::vector<Acquisition> some;
+  const std::size_t wanted = std::min(n, views.size());
+  for (std::size_t v = 0; v < wanted; ++v) some.push_back(views[v * views.size() / wanted]);
+  return some;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solid_occupancy.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+
+#include "sarnerf/core/parallel.h"
+
+namespace sarnerf {
+namespace {
+
+using Leaf = openvdb::FloatTree::LeafNodeType;
+static_assert(Leaf::DIM == kBrickSide);
+
+/// Share of the views that hold a place which have to see it empty.
+constexpr double kAgreeing = 0.1;
+
+/// Share of the lowest returns that may be stray.
+constexpr double kStray = 0.005;
+
+/// Voxels between places that are looked at first.
+constexpr int kStride = 4;
+
+enum class State : std::uint8_t { empty, full, mixed };
+
+/// Falls from 1 to 0 over two voxels; half on the surface.
+float ramp(double depth_m, double voxel_m) {
+  return static_cast<float>(std::clamp(0.5 + 0.5 * depth_m / voxel_m, 0.0, 1.0));
+}
+
+class Judge {
+ public:
+  Judge(std::span<const ReturnMap> maps, double voxel_m) : maps_(maps), voxel_m_(voxel_m) {}
+
+  /// 1 in matter and behind it, 0 in front.
+  float occupancy(const glm::dvec3& point_m) {
+    distances_.clear();
+    std::size_t n_in_front = 0;
+    const auto most = static_cast<std::size_t>(std::ceil(kAgreeing * static_cast<double>(maps_.size())));
+    // Neighbours are mostly empty for the same views: begin with those that said so last.
+    for (std::size_t m = 0; m < maps_.size(); ++m) {
+      const double d = maps_[(m + first_) % maps_.size()].distance_m(point_m);
+      if (std::isnan(d)) continue;
+      distances_.push_back(d);
+      if (d < voxel_m_) continue;
+      if (n_in_front == 0) begin_ = (m + first_) % maps_.size();
+      if (++n_in_front >= most) {
+        first_ = begin_;
+        return 0.0f;
+      }
+    }
+    if (distances_.empty()) return 0.0f;
+    const auto agreeing = static_cast<std::size_t>(std::ceil(kAgreeing * static_cast<double>(distances_.size())));
+    const auto rank = distances_.begin() + static_cast<std::ptrdiff_t>(agreeing - 1);
+    std::nth_element(distances_.begin(), rank, distances_.end(), std::greater<>());
+    return ramp(-*rank, voxel_m_);
+  }
+
+ private:
+  std::span<const ReturnMap> maps_;
+  double voxel_m_;
+  std::size_t first_ = 0, begin_ = 0;
+  std::vector<double> distances_;
+};
+
+glm::dvec3 centre_m(const VoxelLattice& lattice, const glm::ivec3& voxel) {
+  return lattice.transform.world_from_index(glm::dvec3(voxel));
+}
+
+float cut_by_floor(float value, double height_m, std::optional<double> floor_m, double voxel_m) {
+  return floor_m ? std::min(value, ramp(height_m - *floor_m, voxel_m)) : value;
+}
+
+}  // namespace
+
+openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, const Occupancy& matter,
+                                        const GridTransform& of_matter, const VoxelLattice& lattice,
+                                        std::optional<double> floor_m, const Monitor& monitor) {
+  const auto grid = openvdb::FloatGrid::create(0.0f);
+  if (maps.empty()) return grid;
+  const double voxel_m = lattice.transform.voxel_size_m;
+  const glm::ivec3 first = brick_of_voxel(lattice.first), n = brick_of_voxel(lattice.last) - first + 1;
+  const auto n_z = static_cast<std::size_t>(n.z), n_yz = static_cast<std::size_t>(n.y) * n_z;
+  const std::size_t n_leaves = static_cast<std::size_t>(n.x) * n_yz;
+  const auto leaf_at = [&](std::size_t l) {
+    return first + glm::ivec3(static_cast<int>(l / n_yz), static_cast<int>(l % n_yz / n_z), static_cast<int>(l % n_z));
+  };
+
+  // Leaves with matter are looked at voxel by voxel; so are those whose corners and middles differ.
+  std::vector<State> states(n_leaves, State::empty);
+  for (const glm::ivec3& brick : bricks_with_matter(matter, of_matter, lattice)) {
+    const glm::ivec3 at = brick - first;
+    states[static_cast<std::size_t>(at.x) * n_yz + static_cast<std::size_t>(at.y) * n_z +
+           static_cast<std::size_t>(at.z)] = State::mixed;
+  }
+  parallel_for(n_leaves, 64, [&](std::size_t begin, std::size_t end, int) {
+    monitor.check();
+    Judge judge(maps, voxel_m);
+    for (std::size_t l = begin; l < end; ++l) {
+      if (states[l] == State::mixed) continue;
+      int n_full = 0, n_empty = 0;
+      for (int s = 0; s < 27 && (n_full == 0 || n_empty == 0); ++s) {
+        const glm::ivec3 step(s / 9, s / 3 % 3, s % 3);
+        const glm::dvec3 place = glm::dvec3(leaf_at(l) * kBrickSide) + double{kStride} * glm::dvec3(step) - 0.5;
+        const float value = judge.occupancy(lattice.transform.world_from_index(place));
+        n_full += value >= 1.0f ? 1 : 0;
+        n_empty += value <= 0.0f ? 1 : 0;
+        if (value > 0.0f && value < 1.0f) ++n_full, ++n_empty;
+      }
+      states[l] = n_full > 0 && n_empty > 0 ? State::mixed : n_full > 0 ? State::full : State::empty;
+    }
+  });
+
+  std::vector<std::unique_ptr<Leaf>> leaves(n_leaves);
+  std::atomic<std::size_t> n_done = 0;
+  parallel_for(n_leaves, 16, [&](std::size_t begin, std::size_t end, int worker) {
+    monitor.check();
+    Judge judge(maps, voxel_m);
+    for (std::size_t l = begin; l < end; ++l) {
+      if (states[l] == State::empty) continue;
+      const glm::ivec3 origin = leaf_at(l) * kBrickSide;
+      auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        const glm::ivec3 voxel = origin + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+        if (glm::any(glm::lessThan(voxel, lattice.first)) || glm::any(glm::greaterThan(voxel, lattice.last))) continue;
+        const glm::dvec3 point_m = centre_m(lattice, voxel);
+        const float height = cut_by_floor(1.0f, point_m.y, floor_m, voxel_m);
+        if (height <= 0.0f) continue;
+        const float value = std::min(height, states[l] == State::full ? 1.0f : judge.occupancy(point_m));
+        if (value > 0.0f) leaf->setValueOn(static_cast<openvdb::Index>(v), value);
+      }
+      if (!leaf->isEmpty()) leaves[l] = std::move(leaf);
+    }
+    const std::size_t done = n_done += end - begin;
+    if (worker == 0) monitor.report("filling the body", done, n_leaves);
+  });
+  for (std::unique_ptr<Leaf>& leaf : leaves) {
+    if (leaf == nullptr) continue;
+    float value = 0.0f;
+    bool active = false;
+    if (leaf->isConstant(value, active)) {
+      grid->tree().addTile(1, leaf->origin(), value, active);
+    } else {
+      grid->tree().addLeaf(leaf.release());
+    }
+  }
+  return grid;
+}
+
+std::optional<double> lowest_return_m(std::span<const ReturnMap> maps) {
+  std::vector<glm::dvec3> places_m;
+  for (const ReturnMap& map : maps) map.append_places(places_m);
+  if (places_m.empty()) return std::nullopt;
+  const auto stray = places_m.begin() + static_cast<std::ptrdiff_t>(kStray * static_cast<double>(places_m.size()));
+  std::nth_element(places_m.begin(), stray, places_m.end(), [](const auto& a, const auto& b) { return a.y < b.y; });
+  return stray->y;
+}
+
+openvdb::FloatGrid::Ptr shell_occupancy(const LearnedVolume& volume, double threshold_per_m,
+                                        std::optional<double> floor_m) {
+  const auto grid = openvdb::FloatGrid::create(0.0f);
+  const BrickView<const float> view = volume.grid.view();
+  const GridTransform& transform = volume.grid.transform();
+  for (std::uint32_t b = 0; b < view.topology->n_bricks(); ++b) {
+    const glm::ivec3 origin = view.topology->coordinate(b) * kBrickSide;
+    auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const double height_m = transform.world_from_index(glm::dvec3(origin + glm::ivec3(0, v >> 3 & 7, 0))).y;
+      const auto value = static_cast<float>(std::min(1.0, 0.5 * double{view.voxel(b, v)[0]} / threshold_per_m));
+      const float left = cut_by_floor(value, height_m, floor_m, transform.voxel_size_m);
+      if (left > 0.0f) leaf->setValueOn(static_cast<openvdb::Index>(v), left);
+    }
+    if (!leaf->isEmpty()) grid->tree().addLeaf(leaf.release());
+  }
+  return grid;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume_grids.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "vdb_grids.h"
+
+namespace sarnerf {
+namespace {
+
+using Leaf = openvdb::FloatTree::LeafNodeType;
+
+/// Channel c as a grid.
+openvdb::FloatGrid::Ptr channel(const LearnedVolume& volume, int c, const openvdb::math::Transform::Ptr& transform) {
+  const auto grid = openvdb::FloatGrid::create(0.0f);
+  grid->setTransform(transform);
+  const BrickView<const float> view = volume.grid.view();
+  for (std::uint32_t b = 0; b < view.topology->n_bricks(); ++b) {
+    const glm::ivec3 origin = view.topology->coordinate(b) * kBrickSide;
+    auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      const float* const value = view.voxel(b, v);
+      // A voxel is there or not in all grids alike.
+      if (std::any_of(value, value + view.n_channels, [](float x) { return x != 0.0f; }))
+        leaf->setValueOn(static_cast<openvdb::Index>(v), value[c]);
+    }
+    if (!leaf->isEmpty()) grid->tree().addLeaf(leaf.release());
+  }
+  return grid;
+}
+
+}  // namespace
+
+VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world,
+                      const openvdb::FloatGrid::Ptr& occupancy) {
+  VdbScene scene;
+  VdbScene::Grids& grids = scene.grids();
+  const auto transform = vdb_transform(in_world);
+  grids.basis = volume.channels.basis;
+  grids.harmonics_degree = volume.channels.harmonics_degree;
+  grids.extinction = channel(volume, 0, transform);
+  grids.extinction->setName("extinction");
+  for (int l = 0; l < volume.channels.n_source(); ++l) {
+    grids.brightness.push_back(channel(volume, volume.channels.first_source() + l, transform));
+    grids.brightness.back()->setName(l == 0 ? "brightness" : "brightness_" + std::to_string(l));
+  }
+  occupancy->setTransform(transform);
+  occupancy->setName("occupancy");
+  grids.occupancy = occupancy;
+  return scene;
+}
+
+void describe(VdbScene& volume, const Model& model, const ExtractOptions& options, const Extraction& extraction) {
+  const ModelInfo& info = model.info;
+  volume.set_metadata("field", std::string(model.field->kind()));
+  volume.set_metadata("integrator", info.integrator);
+  volume.set_metadata("reference_bin_m", info.reference_bin_m);
+  volume.set_metadata("training_program", info.program);
+  volume.set_metadata("training_steps", static_cast<double>(info.steps));
+  volume.set_metadata("training_views", static_cast<double>(info.training_views.size()));
+  volume.set_metadata("dataset", info.dataset);
+  volume.set_metadata("dataset_sha256", info.dataset_sha256);
+  if (!options.model_sha256.empty()) volume.set_metadata("model_sha256", options.model_sha256);
+  volume.set_metadata("body", std::string(options.body == Body::solid ? "solid" : "shell"));
+  volume.set_metadata("threshold_per_m", extraction.threshold_per_m);
+  volume.set_metadata("bottom_m", extraction.bottom_m);
+  if (model.field->kind() == "mlp") volume.set_metadata("harmonics_residual", extraction.harmonics_residual);
+}
+
+}  // namespace sarnerf

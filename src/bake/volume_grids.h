@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include "learned_volume.h"
+#include "sarnerf/bake/extract.h"
+#include "sarnerf/scene/vdb_scene.h"
+
+namespace sarnerf {
+
+/// The volume as grids of docs/volumes.md, an active voxel for each with extinction or brightness. `in_world`: the
+/// transform of all of them, the occupancy's too, which is given it here.
+VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world,
+                      const openvdb::FloatGrid::Ptr& occupancy);
+
+/// Adds to the volume's metadata what it was made from and how.
+void describe(VdbScene& volume, const Model& model, const ExtractOptions& options, const Extraction& extraction);
+
+}  // namespace sarnerf
