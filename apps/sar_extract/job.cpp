@@ -114,7 +114,7 @@ std::string summary_text(const Options& o, const Extraction& x, const std::optio
   char text[300];
   std::snprintf(text, sizeof text, "surface: %zu triangles; bottom at %.3g m%s; threshold %.3g per metre%s\n",
                 x.mesh.triangles.size(), x.bottom_m,
-                x.bottom_was_given ? "" : " (the lowest return: --ground-height)", x.threshold_per_m,
+                x.bottom_was_given ? "" : " (where returns end: --ground-height)", x.threshold_per_m,
                 o.extract.body == Body::shell || o.extract.threshold_per_m ? "" : " (not used: --solid)");
   std::string result = listing(x) + text;
   if (scores) result += table_text(*scores);

@@ -172,7 +172,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   if (options.body == Body::solid) {
     const double spacing_m = 0.5 * volume.grid.transform().voxel_size_m;
     const auto maps = return_maps(volume, matter, spread_views(views, options.most_views), spacing_m, options.monitor);
-    if (!floor_m) floor_m = lowest_return_m(maps);
+    if (!floor_m) floor_m = bottom_of_returns_m(maps, volume.grid.transform().voxel_size_m);
     occupancy = solid_occupancy(maps, matter, volume.grid.transform(), lattice, floor_m, options.monitor);
   } else {
     occupancy = shell_occupancy(learned, result.threshold_per_m, floor_m);
@@ -184,7 +184,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   in_world.origin_m += aim_m;
   result.volume = volume_grids(learned, in_world, occupancy);
   result.mesh = level_surface(*occupancy, 0.5);
-  result.volume.scene_box_m = {model.info.scene_box_m.min, model.info.scene_box_m.max};
+  result.volume.scene_box_m = {glm::max(matter_m.min + aim_m, result.box_m.min), glm::min(matter_m.max + aim_m, result.box_m.max)};
   describe(result.volume, model, options, result);
   result.seconds.mesh = clock.lap();
   return result;

@@ -124,13 +124,14 @@ double ReturnMap::distance_m(const glm::dvec3& point_m) const {
   return meets < 0.5 || weight == 0.0 ? kNothingMet : range / weight - p.range_offset_m;
 }
 
-void ReturnMap::append_places(std::vector<glm::dvec3>& places_m) const {
+void ReturnMap::append_returns(std::vector<Return>& returns) const {
   for (int i = 0; i < n_along_; ++i) {
     for (int k = 0; k < n_angles_; ++k) {
       const Ray& ray = map_[static_cast<std::size_t>(i * n_angles_ + k)];
-      if (ray.meets < 0.5f) continue;
-      places_m.push_back(
-          rays_.point_from_aim_m(first_along_track_m_ + i * spacing_m_, double{ray.range_offset_m}, k));
+      if (ray.returned <= 0.0f) continue;
+      const double along_track_m = first_along_track_m_ + i * spacing_m_;
+      returns.push_back(
+          {rays_.point_from_aim_m(along_track_m, double{ray.range_offset_m}, k).y, ray.returned});
     }
   }
 }

@@ -25,8 +25,12 @@ class ReturnMap {
   /// the point lies; +∞ where the ray meets nothing. NaN where the swath does not hold the point.
   double distance_m(const glm::dvec3& point_m) const;
 
-  /// Where rays that meet matter do, in the volume's frame.
-  void append_places(std::vector<glm::dvec3>& places_m) const;
+  /// Where something returned, in the volume's frame.
+  struct Return {
+    double height_m;
+    float power;  ///< of the ray
+  };
+  void append_returns(std::vector<Return>& returns) const;
 
  private:
   friend std::vector<ReturnMap> return_maps(const LearnedVolume&, const Occupancy&, std::span<const Acquisition>, double,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <memory>
 
 #include "sarnerf/core/parallel.h"
@@ -17,8 +18,8 @@ static_assert(Leaf::DIM == kBrickSide);
 /// Share of the views that hold a place which have to see it empty.
 constexpr double kAgreeing = 0.1;
 
-/// Share of the lowest returns that may be stray.
-constexpr double kStray = 0.005;
+/// Of the power of the median layer: less is stray. Faint walls under a bright roof are not.
+constexpr double kStray = 0.02;
 
 /// Voxels between places that are looked at first.
 constexpr int kStride = 4;
@@ -149,13 +150,37 @@ openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, const O
   return grid;
 }
 
-std::optional<double> lowest_return_m(std::span<const ReturnMap> maps) {
-  std::vector<glm::dvec3> places_m;
-  for (const ReturnMap& map : maps) map.append_places(places_m);
-  if (places_m.empty()) return std::nullopt;
-  const auto stray = places_m.begin() + static_cast<std::ptrdiff_t>(kStray * static_cast<double>(places_m.size()));
-  std::nth_element(places_m.begin(), stray, places_m.end(), [](const auto& a, const auto& b) { return a.y < b.y; });
-  return stray->y;
+std::optional<double> bottom_of_returns_m(std::span<const ReturnMap> maps, double voxel_m) {
+  std::vector<ReturnMap::Return> returns;
+  for (const ReturnMap& map : maps) map.append_returns(returns);
+  if (returns.empty()) return std::nullopt;
+  const auto [low, high] =
+      std::minmax_element(returns.begin(), returns.end(), [](const auto& a, const auto& b) { return a.height_m < b.height_m; });
+  // Half a voxel a layer; those of the window lie above the last one, too, and are empty there.
+  constexpr std::size_t kWindow = 10;
+  const double layer_m = 0.5 * voxel_m, first_m = low->height_m;
+  const auto n = static_cast<std::size_t>((high->height_m - first_m) / layer_m) + 1;
+  std::vector<double> power(n + kWindow, 0.0);
+  for (const auto& r : returns) power[static_cast<std::size_t>((r.height_m - first_m) / layer_m)] += double{r.power};
+  std::vector<double> some;
+  std::copy_if(power.begin(), power.end(), std::back_inserter(some), [](double p) { return p > 0.0; });
+  const auto median = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
+  std::nth_element(some.begin(), median, some.end());
+  const double least = kStray * *median;
+  const auto half_of_above = [&](std::size_t layer) {
+    double sum = 0.0;
+    for (std::size_t w = 1; w <= kWindow; ++w) sum += power[layer + w];
+    return 0.5 * sum / kWindow;
+  };
+  for (std::size_t layer = 0; layer < n; ++layer) {
+    const double half = half_of_above(layer);
+    if (power[layer] < least || power[layer] < half) continue;
+    // Between the middle of the layer before, which is below half, and that of this one.
+    const double before = layer > 0 ? power[layer - 1] : 0.0;
+    const double part = power[layer] > before ? std::clamp((half - before) / (power[layer] - before), 0.0, 1.0) : 1.0;
+    return first_m + layer_m * (static_cast<double>(layer) - 0.5 + part);
+  }
+  return first_m;
 }
 
 openvdb::FloatGrid::Ptr shell_occupancy(const LearnedVolume& volume, double threshold_per_m,

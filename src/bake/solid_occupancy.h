@@ -22,9 +22,9 @@ openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, const O
                                         const GridTransform& of_matter, const VoxelLattice& lattice,
                                         std::optional<double> floor_m, const Monitor& monitor);
 
-/// Height (relative to the aim point) of the lowest place at which rays meet matter, but for one in two hundred: the
-/// bottom of what stands there, as far as it is seen. Nothing where no ray meets any.
-std::optional<double> lowest_return_m(std::span<const ReturnMap> maps);
+/// Height (relative to the aim point) at which what stands there ends below, as far as it is seen: where the power that
+/// comes from a layer falls below half of that from the five voxels above it. Nothing where nothing returns power.
+std::optional<double> bottom_of_returns_m(std::span<const ReturnMap> maps, double voxel_m);
 
 /// Matter itself: 0.5 where the volume's extinction is `threshold` (1/m), in proportion to it between 0 and 1.
 openvdb::FloatGrid::Ptr shell_occupancy(const LearnedVolume& volume, double threshold_per_m,

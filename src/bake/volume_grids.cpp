@@ -63,6 +63,8 @@ void describe(VdbScene& volume, const Model& model, const ExtractOptions& option
   volume.set_metadata("dataset", info.dataset);
   volume.set_metadata("dataset_sha256", info.dataset_sha256);
   if (!options.model_sha256.empty()) volume.set_metadata("model_sha256", options.model_sha256);
+  // As render_view() has it.
+  if (options.resolution == 0 && model.field->kind() == "grid") volume.set_metadata("longest_segment_voxels", 1.0);
   volume.set_metadata("body", std::string(options.body == Body::solid ? "solid" : "shell"));
   volume.set_metadata("threshold_per_m", extraction.threshold_per_m);
   volume.set_metadata("bottom_m", extraction.bottom_m);

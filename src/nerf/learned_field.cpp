@@ -12,7 +12,7 @@ Image<float> render_view(const LearnedField& field, const Acquisition& acquisiti
   const double voxel_m = field.voxel_size_m();
   RaySampling sampling;
   sampling.ray_spacing_m = 0.5 * voxel_m;
-  sampling.sub_rows = 2;
+  sampling.sub_rows = 3;
   sampling.longest_m = voxel_m;
   Acquisition centred = acquisition;
   centred.aim_m = glm::dvec3(0.0);

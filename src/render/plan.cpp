@@ -303,7 +303,7 @@ ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisi
   const std::uint64_t n_packed = plan.n_widest_slice * static_cast<std::uint64_t>(plan.n_slices_at_once);
   // No ray is longer than the box; half as much again for cuts at borders of bins and bricks.
   const double length_m = scene.box.empty() ? 0.0 : glm::length(scene.box.size());
-  const double most_per_ray = 1.5 * length_m / (kLongestSegment * volume.grid.transform().voxel_size_m) + 2.0;
+  const double most_per_ray = 1.5 * length_m / (volume.longest_segment * volume.grid.transform().voxel_size_m) + 2.0;
   const double n_segments = std::min(double(n_packed) * most_per_ray,
                                      double(kMostSegments) + 16.0 * plan.n_slices_at_once * most_per_ray);
   const std::uint64_t worker_bytes =

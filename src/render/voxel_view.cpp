@@ -57,7 +57,7 @@ VoxelView::VoxelView(const VoxelScene& scene, const ViewPlan& plan)
 }
 
 VoxelWorker VoxelView::make_worker() const {
-  VoxelWorker w(grid_, scene_, kLongestSegment * grid_.transform.voxel_size_m);
+  VoxelWorker w(grid_, scene_, scene_.volume.longest_segment * grid_.transform.voxel_size_m);
   if (layers_) {
     w.layers.emplace(VoxelWorker::LayerScratch{LayerRow(*layers_, plan_.layers.layers),
                                                VolumeSurface(scene_.volume, grid_), {}});

@@ -52,8 +52,6 @@ inline constexpr std::size_t kMostSegments = std::size_t{1} << 18;
 inline constexpr std::uint64_t kBytesPerSegment = 128;
 /// And for each packed ray of each slice.
 inline constexpr std::uint64_t kPackedBytesPerRay = 96;
-/// Longest segment, in voxels: the field is linear over less than that.
-inline constexpr double kLongestSegment = 0.5;
 
 /// One view of a volume, row by row; rows are independent.
 class VoxelView {

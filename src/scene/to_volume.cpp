@@ -13,6 +13,9 @@
 namespace sarnerf {
 namespace {
 
+/// What a file may ask for as the longest segment, in voxels.
+constexpr double kShortestSegment = 0.1, kLongestSegment = 2.0;
+
 /// Memory of a volume before it is made.
 class VolumeBudget {
  public:
@@ -150,6 +153,10 @@ Volume to_volume(const VdbScene& scene, std::uint64_t max_memory_bytes, const Mo
   if (grids.component) volume.component.assign(n_bricks * kBrickVoxels, Component::none);
   volume.n_occupied_voxels = selection.n_occupied_voxels;
   volume.support_m = support_of(selection, transform);
+  if (const auto longest = grids.metadata.getMetadata<openvdb::DoubleMetadata>("longest_segment_voxels");
+      longest && std::isfinite(longest->value())) {
+    volume.longest_segment = std::clamp(longest->value(), kShortestSegment, kLongestSegment);
+  }
   volume.box_m = scene.scene_box_m;
   if (volume.box_m.empty() && !volume.support_m.empty()) {
     volume.box_m = {volume.support_m.min + transform.voxel_size_m,

@@ -27,7 +27,7 @@ struct ExtractOptions {
   std::optional<glm::dvec3> centre_m;  ///< of the cube, world; else over the aim point, where matter is
   Body body = Body::solid;
   std::optional<double> threshold_per_m;   ///< one-way extinction of voxels that count as matter; else by its histogram
-  std::optional<double> ground_height_m;   ///< world; the body ends there. Else it ends at the lowest return
+  std::optional<double> ground_height_m;   ///< world; the body ends there. Else it ends where returns do
   std::size_t most_views = 66;             ///< of the training's that tell the solid from what is empty
   std::uint64_t max_memory_bytes = 0;      ///< of grids; 0: unlimited
   std::string model_sha256;                ///< for the volume's provenance

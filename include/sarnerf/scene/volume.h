@@ -19,6 +19,9 @@ struct Volume {
   std::vector<Component> component;  ///< per voxel, in the order of the grid's values; empty: unknown
   Box box_m;      ///< of what the voxels were made from, to be framed; else of the voxels that are occupied
   Box support_m;  ///< where interpolated extinction or scattering is not 0
+  /// Of segments of rays through it, in voxels. Half of one unless the file says otherwise: the field is linear over less
+  /// than that. Learned volumes are what their training's segments saw.
+  double longest_segment = 0.5;
   std::uint64_t n_occupied_voxels = 0;  ///< with extinction or scattering
 
   std::uint64_t memory_bytes() const;
