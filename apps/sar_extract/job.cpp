@@ -2,6 +2,7 @@
 #include "job.h"
 
 #include <cstdio>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "listing.h"
@@ -75,8 +76,10 @@ std::optional<std::string> finished(const Options& o, const Paths& paths, const 
   if (!differs.empty()) refuse(differs);
   for (const auto& path : {paths.volume, paths.report, o.mesh, o.preview})
     if (!path.empty() && !std::filesystem::exists(path)) return std::nullopt;
-  const auto report = read_recipe(paths.report);
-  return report ? std::optional(report->value("printed", std::string())) : std::nullopt;
+  std::ifstream file(paths.report);
+  const Json report = Json::parse(file, nullptr, false);
+  if (!report.is_object() || !report.contains("printed") || !report["printed"].is_string()) return std::nullopt;
+  return report["printed"].get<std::string>();
 }
 
 void require_places(const Options& o, const Paths& paths) {
@@ -143,7 +146,7 @@ Json report_json(const Options& o, const Extraction& x, const std::optional<Scor
          {"memory_bytes", {{"peak", peak_memory_bytes()}}},
          {"printed", printed}};
   if (scores) j["scores"] = scores_json(*scores);
-  return j;
+  return valid_text(j);
 }
 
 }  // namespace

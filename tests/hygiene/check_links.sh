@@ -12,6 +12,7 @@ for program in "$@"; do
     bad=1
   fi
   case $(basename "$program") in
+    sar_extract) ;;  # takes from one half to the other
     sar_nerf_*)
       # GMP may come with a library of the distribution's, through its codecs; CGAL would need it directly.
       if printf '%s\n%s\n' "$direct" "$all" | grep -E 'lib(embree|openvdb)' || echo "$direct" | grep -E 'lib(gmp|mpfr|CGAL)'; then

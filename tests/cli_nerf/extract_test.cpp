@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "../nerf/torch_catch.h"
+#include "programs.h"
+
+using Json = nlohmann::json;
+
+namespace {
+
+/// A scene with a model of it in run/, and a cube as a truth.
+struct LearnedScene : SmallScene {
+  LearnedScene() {
+    REQUIRE(train({"data", "-o", "run", "--steps", "40", "-q"}).code == 0);
+    std::ofstream(*this / "cube.obj") << "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n"
+                                         "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+  }
+
+  Outcome extract(const std::vector<std::string>& arguments) const { return run(SAR_EXTRACT, arguments); }
+};
+
+Json json_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return Json::parse(file);
+}
+
+}  // namespace
+
+TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
+  const LearnedScene scene;
+  const std::vector<std::string> arguments{"run",       "out.vdb",       "--resolution", "40",      "--extent", "8",
+                                           "--mesh",    "out.ply",       "--preview",    "out.png", "--truth",  "cube.obj",
+                                           "--ground-height", "0"};
+  const Outcome made = scene.extract(arguments);
+  INFO(made.err);
+  REQUIRE(made.code == 0);
+  CHECK(made.out.starts_with("out.vdb\nout.ply\nout.png\n"));
+  for (const char* piece : {"extinction", "brightness_8", "occupancy", "dataset_sha256", "extracted", "carving alone"})
+    CHECK(made.out.find(piece) != std::string::npos);
+  const Json report = json_of(scene / "out.report.json");
+  CHECK(report["scores"]["extracted"]["iou"].get<double>() >= 0.0);
+  CHECK(report["scores"]["carving"]["iou"].get<double>() >= 0.0);
+  CHECK(report["seconds"]["total"].get<double>() > 0.0);
+
+  const Outcome again = scene.extract(arguments);
+  CHECK(again.code == 0);
+  CHECK(again.err.find("already done") != std::string::npos);
+  CHECK(again.out == made.out);
+  auto others = arguments;
+  others[3] = "41";
+  CHECK(scene.extract(others).is_error("--overwrite"));
+  others.push_back("--overwrite");
+  CHECK(scene.extract(others).code == 0);
+
+  SECTION("the same bytes from the same model") {
+    REQUIRE(scene.extract({"run", "one.vdb", "--resolution", "30", "--threads", "1", "-q"}).code == 0);
+    REQUIRE(scene.extract({"run", "two.vdb", "--resolution", "30", "--threads", "2", "-q"}).code == 0);
+    const auto bytes = [&](const char* name) {
+      std::ifstream file(scene / name, std::ios::binary);
+      return std::string(std::istreambuf_iterator<char>(file), {});
+    };
+    CHECK(bytes("one.vdb") == bytes("two.vdb"));
+  }
+  SECTION("a truth in other units is told") {
+    const Outcome told =
+        scene.extract({"run", "u.vdb", "--resolution", "30", "--truth", "cube.obj", "--truth-units", "mm"});
+    CHECK(told.code == 0);
+    CHECK(told.err.find("times as large") != std::string::npos);
+  }
+}
+
+TEST_CASE("what cannot be extracted gives one line and the right exit code") {
+  const LearnedScene scene;
+  const auto fails = [&](int code, const std::string& piece, std::vector<std::string> more) {
+    more.insert(more.begin(), {"run", "x.vdb"});
+    const Outcome outcome = scene.extract(more);
+    INFO(outcome.err);
+    CHECK(outcome.code == code);
+    CHECK(outcome.is_error(piece));
+    CHECK_FALSE(std::filesystem::exists(scene / "x.vdb"));
+  };
+  fails(2, "--threshold", {"--shell", "--threshold", "1e9"});
+  fails(2, "--extent", {"--centre", "1000,0,0"});
+  fails(2, "--max-memory", {"--max-memory", "10M"});
+  fails(2, "--solid and --shell", {"--solid", "--shell"});
+  fails(2, "--resolution native", {"--resolution", "native", "--extent", "3"});
+  fails(2, ".ply", {"--mesh", "x.gltf"});
+  fails(2, ".png", {"--preview", "x.jpg"});
+  fails(3, "nowhere.obj", {"--truth", "nowhere.obj"});
+  CHECK(scene.extract({"nowhere", "x.vdb"}).code == 3);
+  CHECK(scene.extract({"run", "x.obj"}).is_error(".vdb"));
+  std::filesystem::resize_file(scene / "run/model.pt", 1000);
+  CHECK(scene.extract({"run", "x.vdb"}).code == 3);
+}
