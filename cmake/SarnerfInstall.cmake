@@ -70,7 +70,7 @@ install(FILES
   ${PROJECT_SOURCE_DIR}/cmake/TorchTargets.cmake
   DESTINATION ${package_dir})
 
-foreach(program IN ITEMS sar_render sar_bench sar_nerf_train sar_nerf_render sar_nerf_bench)
+foreach(program IN ITEMS sar_render sar_bench sar_nerf_train sar_nerf_render sar_nerf_bench sar_extract)
   if(TARGET ${program})
     install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   endif()
