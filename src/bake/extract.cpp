@@ -170,9 +170,10 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   result.bottom_was_given = floor_m.has_value();
   openvdb::FloatGrid::Ptr occupancy;
   if (options.body == Body::solid) {
-    const double spacing_m = 0.5 * volume.grid.transform().voxel_size_m;
+    // Two thirds of a learned voxel: finer maps see nothing more.
+    const double spacing_m = (grid != nullptr ? 1.0 : 2.0 / 3.0) * 2.0 / 3.0 * field_voxel_m;
     const auto maps = return_maps(volume, matter, spread_views(views, options.most_views), spacing_m, options.monitor);
-    if (!floor_m) floor_m = bottom_of_returns_m(maps, volume.grid.transform().voxel_size_m);
+    if (!floor_m) floor_m = bottom_of_returns_m(maps, 1.5 * spacing_m);
     occupancy = solid_occupancy(maps, matter, volume.grid.transform(), lattice, floor_m, options.monitor);
   } else {
     occupancy = shell_occupancy(learned, result.threshold_per_m, floor_m);
@@ -182,7 +183,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
 
   GridTransform in_world = lattice.transform;
   in_world.origin_m += aim_m;
-  result.volume = volume_grids(learned, in_world, occupancy);
+  result.volume = volume_grids(learned, in_world, occupancy, options.resolution != 0);
   result.mesh = level_surface(*occupancy, 0.5);
   result.volume.scene_box_m = {glm::max(matter_m.min + aim_m, result.box_m.min), glm::min(matter_m.max + aim_m, result.box_m.max)};
   describe(result.volume, model, options, result);

@@ -39,9 +39,9 @@ LearnedVolume resampled(const LearnedVolume& volume, const VoxelLattice& lattice
                         const Monitor& monitor);
 
 /// A network's extinction at the lattice's places, and harmonics of degree 2 fitted to its brightness in directions
-/// spread over those of the views, by least squares. Where two-way optical depth per reference bin is below 1e-3 nothing
+/// spread over those of the views, by least squares. Where two-way optical depth per reference bin is below 0.01 nothing
 /// is kept. Throws as resampled(). Cost: one evaluation of the network a voxel that the field's lattice counts as occupied,
-/// and one for each of 16 directions where there is matter.
+/// and one for each of 12 directions where there is matter.
 LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::span<const Acquisition> views,
                       std::uint64_t max_memory_bytes, const Monitor& monitor);
 

@@ -10,11 +10,11 @@ namespace sarnerf {
 namespace {
 
 constexpr int kDegree = 2;
-constexpr std::size_t kDirections = 16;
+constexpr std::size_t kDirections = 12;  ///< more than there are harmonics
 constexpr std::size_t kChunk = 1 << 15;  ///< points of the network at a time
 
 /// Two-way optical depth per reference bin below which there is no matter.
-constexpr double kLeastDepth = 1e-3;
+constexpr double kLeastDepth = 0.01;
 
 /// Directions of the views, each the farthest from those before it.
 std::vector<glm::vec3> spread_directions(std::span<const Acquisition> views) {

@@ -39,6 +39,13 @@ float median_of_returning(std::vector<float> returned) {
   return *middle;
 }
 
+/// Arc tangent, to 1e-12 for what a fan's angles mostly are.
+double small_atan(double x) {
+  if (std::abs(x) > 0.02) return std::atan(x);
+  const double x2 = x * x;
+  return x * (1.0 - x2 * (1.0 / 3.0 - x2 * (1.0 / 5.0 - x2 * (1.0 / 7.0))));
+}
+
 }  // namespace
 
 ReturnMap::ReturnMap(const Acquisition& view, const Box& box_m, double spacing_m)
@@ -51,11 +58,16 @@ ReturnMap::ReturnMap(const Acquisition& view, const Box& box_m, double spacing_m
   first_along_track_m_ = low_m - spacing_m;
   n_along_ = static_cast<int>((high_m - low_m) / spacing_m) + 4;
   n_angles_ = rays_.fan().n_elevation;
+  rays_per_m_ = 1.0 / spacing_m;
+  first_angle_rad_ = rays_.fan().ray_angle_rad(0);
+  rays_per_rad_ = 1.0 / rays_.fan().step_rad;
+  half_swath_m_ = 0.5 * view.n_azimuth * view.azimuth_spacing_m;
+  half_depth_m_ = 0.5 * view.n_range * view.range_spacing_m;
 }
 
 void ReturnMap::look(const LearnedVolume& volume, const Occupancy& occupancy, const Box& box_m) {
   map_.assign(static_cast<std::size_t>(n_along_) * static_cast<std::size_t>(n_angles_), {});
-  VolumeMarcher marcher(volume.grid.view(), volume.channels, occupancy, 0.5 * volume.grid.transform().voxel_size_m);
+  VolumeMarcher marcher(volume.grid.view(), volume.channels, occupancy, 0.75 * spacing_m_);
   SampleBatch batch;
   BatchField field;
   std::vector<MarchRay> rays;
@@ -101,27 +113,30 @@ void ReturnMap::look(const LearnedVolume& volume, const Occupancy& occupancy, co
 }
 
 double ReturnMap::distance_m(const glm::dvec3& point_m) const {
-  const RadarPoint p = project(view_, frame_, point_m);
-  const double row = p.along_track_m / view_.azimuth_spacing_m + 0.5 * view_.n_azimuth;
-  if (!(row >= 0.0 && row < view_.n_azimuth && p.range_offset_m >= view_.bin_offset_m(-0.5) &&
-        p.range_offset_m <= view_.bin_offset_m(view_.n_range - 0.5)))
+  // project(), without its library calls: this is asked for tens of millions of times.
+  const double along_track_m = glm::dot(point_m, frame_.h);
+  const double along_k = glm::dot(point_m, frame_.k), along_v = glm::dot(point_m, frame_.v);
+  const double r = view_.slant_range_m, depth = r + along_k;
+  const double range = std::sqrt(depth * depth + along_v * along_v);
+  const double range_offset_m = (along_k * (2.0 * r + along_k) + along_v * along_v) / (range + r);
+  if (!(std::abs(along_track_m) <= half_swath_m_ && std::abs(range_offset_m) <= half_depth_m_))
     return std::numeric_limits<double>::quiet_NaN();
   constexpr double kNothingMet = std::numeric_limits<double>::infinity();
-  const double i = (p.along_track_m - first_along_track_m_) / spacing_m_;
-  const double k = (p.ray_angle_rad - rays_.fan().ray_angle_rad(0)) / rays_.fan().step_rad;
+  const double i = (along_track_m - first_along_track_m_) * rays_per_m_;
+  const double k = (small_atan(along_v / depth) - first_angle_rad_) * rays_per_rad_;
   if (!(i >= 0.0 && k >= 0.0 && i < n_along_ - 1 && k < n_angles_ - 1)) return kNothingMet;
   const auto i0 = static_cast<int>(i), k0 = static_cast<int>(k);
   const double u = i - i0, v = k - k0;
-  double meets = 0.0, range = 0.0, weight = 0.0;
+  double meets = 0.0, met_at_m = 0.0, weight = 0.0;
   for (int n = 0; n < 4; ++n) {
     const Ray& ray = map_[static_cast<std::size_t>((i0 + (n >> 1)) * n_angles_ + k0 + (n & 1))];
     const double w = ((n >> 1) != 0 ? u : 1.0 - u) * ((n & 1) != 0 ? v : 1.0 - v);
     meets += w * double{ray.meets};
     if (ray.meets < 0.5f) continue;
-    range += w * double{ray.range_offset_m};
+    met_at_m += w * double{ray.range_offset_m};
     weight += w;
   }
-  return meets < 0.5 || weight == 0.0 ? kNothingMet : range / weight - p.range_offset_m;
+  return meets < 0.5 || weight == 0.0 ? kNothingMet : met_at_m / weight - range_offset_m;
 }
 
 void ReturnMap::append_returns(std::vector<Return>& returns) const {

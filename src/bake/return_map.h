@@ -46,12 +46,14 @@ class ReturnMap {
   Acquisition view_;
   RadarFrame frame_;
   RayGrid rays_;
-  double spacing_m_, first_along_track_m_;
+  double spacing_m_, first_along_track_m_, first_angle_rad_ = 0.0;
+  double rays_per_m_ = 0.0, rays_per_rad_ = 0.0;
+  double half_swath_m_ = 0.0, half_depth_m_ = 0.0;  ///< of the image around the aim point
   int n_along_ = 0, n_angles_ = 0;
   std::vector<Ray> map_;  ///< [n_along, n_angles]
 };
 
-/// Of views relative to the aim point, rays `spacing_m` apart. Cost: that of rendering so many rays, views in parallel.
+/// Of views relative to the aim point, rays `spacing_m` apart and cut into segments of three quarters of that at most. Cost: that of rendering so many rays, views in parallel.
 std::vector<ReturnMap> return_maps(const LearnedVolume& volume, const Occupancy& occupancy,
                                    std::span<const Acquisition> views, double spacing_m, const Monitor& monitor);
 

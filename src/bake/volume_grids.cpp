@@ -34,7 +34,7 @@ openvdb::FloatGrid::Ptr channel(const LearnedVolume& volume, int c, const openvd
 }  // namespace
 
 VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world,
-                      const openvdb::FloatGrid::Ptr& occupancy) {
+                      const openvdb::FloatGrid::Ptr& occupancy, bool as_half) {
   VdbScene scene;
   VdbScene::Grids& grids = scene.grids();
   const auto transform = vdb_transform(in_world);
@@ -44,6 +44,7 @@ VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world
   grids.extinction->setName("extinction");
   for (int l = 0; l < volume.channels.n_source(); ++l) {
     grids.brightness.push_back(channel(volume, volume.channels.first_source() + l, transform));
+    grids.brightness.back()->setSaveFloatAsHalf(as_half);
     grids.brightness.back()->setName(l == 0 ? "brightness" : "brightness_" + std::to_string(l));
   }
   occupancy->setTransform(transform);

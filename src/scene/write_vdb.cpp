@@ -61,6 +61,7 @@ openvdb::GridBase::ConstPtr named(const openvdb::GridBase::Ptr& grid, const std:
   const openvdb::GridBase::Ptr copy =
       openvdb::ConstPtrCast<openvdb::GridBase>(grid->copyGridReplacingMetadata(openvdb::MetaMap()));
   copy->setName(name);
+  if (grid->saveFloatAsHalf()) copy->setSaveFloatAsHalf(true);
   if (grid_class != openvdb::GRID_UNKNOWN) copy->setGridClass(grid_class);
   return copy;
 }
