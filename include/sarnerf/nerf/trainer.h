@@ -34,7 +34,7 @@ enum class Schedule { steps, clock };
 
 /// The options that suit a set of images: with few views, priors count more. `surfaces`: whether the field `grid` is to
 /// become opaque where there is matter, so that surfaces can be taken from it; unless told otherwise, where enough images
-/// of different incidences without a background tell them, and views that lie between profit, too.
+/// of different incidences without a background tell them.
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
                                std::optional<bool> surfaces = std::nullopt);
 
