@@ -202,7 +202,7 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   const double before_writing_s = seconds_since_start();
   std::filesystem::remove(paths.recipe);
   for (const auto& path : {paths.volume, o.mesh, o.preview})
-    if (!path.parent_path().empty()) std::filesystem::create_directories(path.parent_path());
+    if (!path.parent_path().empty()) make_folder(path.parent_path());
   extraction.volume.set_metadata("program", std::string(kProgram) + " " + std::string(kVersion));
   write_vdb(extraction.volume, paths.volume);
   if (!o.mesh.empty()) write_mesh(extraction.mesh, o.mesh, std::string(kProgram) + " of a model " + sha256.substr(0, 16));

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cmath>
 #include <array>
+#include <cmath>
 
 #include "learned_volume.h"
-#include "sarnerf/core/error.h"
 
 namespace sarnerf {
 namespace {
