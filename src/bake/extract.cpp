@@ -11,6 +11,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/row_renderer.h"
 #include "solid_occupancy.h"
+#include "unbounded_space.h"
 #include "volume_grids.h"
 
 namespace sarnerf {
@@ -176,6 +177,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
     const auto maps = return_maps(volume, matter, spread_views(views, options.most_views), spacing_m, options.monitor);
     if (!floor_m) floor_m = bottom_of_returns_m(maps, 1.5 * spacing_m);
     occupancy = solid_occupancy(maps, matter, volume.grid.transform(), lattice, floor_m, options.monitor);
+    leave_out_unbounded(*occupancy, lattice.transform, maps, 1.5 * spacing_m, options.monitor);
   } else {
     occupancy = shell_occupancy(learned, result.threshold_per_m, floor_m);
   }

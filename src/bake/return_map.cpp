@@ -112,31 +112,49 @@ void ReturnMap::look(const LearnedVolume& volume, const Occupancy& occupancy, co
   }
 }
 
-double ReturnMap::distance_m(const glm::dvec3& point_m) const {
+ReturnMap::Place ReturnMap::place_of(const glm::dvec3& point_m) const {
   // project(), without its library calls: this is asked for tens of millions of times.
   const double along_track_m = glm::dot(point_m, frame_.h);
   const double along_k = glm::dot(point_m, frame_.k), along_v = glm::dot(point_m, frame_.v);
   const double r = view_.slant_range_m, depth = r + along_k;
   const double range = std::sqrt(depth * depth + along_v * along_v);
-  const double range_offset_m = (along_k * (2.0 * r + along_k) + along_v * along_v) / (range + r);
-  if (!(std::abs(along_track_m) <= half_swath_m_ && std::abs(range_offset_m) <= half_depth_m_))
-    return std::numeric_limits<double>::quiet_NaN();
-  constexpr double kNothingMet = std::numeric_limits<double>::infinity();
+  Place place;
+  place.range_offset_m = (along_k * (2.0 * r + along_k) + along_v * along_v) / (range + r);
+  place.in_image = std::abs(along_track_m) <= half_swath_m_ && std::abs(place.range_offset_m) <= half_depth_m_;
   const double i = (along_track_m - first_along_track_m_) * rays_per_m_;
   const double k = (small_atan(along_v / depth) - first_angle_rad_) * rays_per_rad_;
-  if (!(i >= 0.0 && k >= 0.0 && i < n_along_ - 1 && k < n_angles_ - 1)) return kNothingMet;
-  const auto i0 = static_cast<int>(i), k0 = static_cast<int>(k);
-  const double u = i - i0, v = k - k0;
+  place.among_rays = i >= 0.0 && k >= 0.0 && i < n_along_ - 1 && k < n_angles_ - 1;
+  if (!place.among_rays) return place;
+  place.i = static_cast<int>(i), place.k = static_cast<int>(k);
+  place.u = i - place.i, place.v = k - place.k;
+  return place;
+}
+
+double ReturnMap::distance_m(const glm::dvec3& point_m) const {
+  const Place at = place_of(point_m);
+  if (!at.in_image) return std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNothingMet = std::numeric_limits<double>::infinity();
+  if (!at.among_rays) return kNothingMet;
   double meets = 0.0, met_at_m = 0.0, weight = 0.0;
   for (int n = 0; n < 4; ++n) {
-    const Ray& ray = map_[static_cast<std::size_t>((i0 + (n >> 1)) * n_angles_ + k0 + (n & 1))];
-    const double w = ((n >> 1) != 0 ? u : 1.0 - u) * ((n & 1) != 0 ? v : 1.0 - v);
+    const Ray& ray = this->ray(at.i + (n >> 1), at.k + (n & 1));
+    const double w = ((n >> 1) != 0 ? at.u : 1.0 - at.u) * ((n & 1) != 0 ? at.v : 1.0 - at.v);
     meets += w * double{ray.meets};
     if (ray.meets < 0.5f) continue;
     met_at_m += w * double{ray.range_offset_m};
     weight += w;
   }
-  return meets < 0.5 || weight == 0.0 ? kNothingMet : met_at_m / weight - range_offset_m;
+  return meets < 0.5 || weight == 0.0 ? kNothingMet : met_at_m / weight - at.range_offset_m;
+}
+
+bool ReturnMap::meets_near(const glm::dvec3& point_m, double near_m) const {
+  const Place at = place_of(point_m);
+  if (!at.in_image || !at.among_rays) return false;
+  for (int n = 0; n < 4; ++n) {
+    const Ray& ray = this->ray(at.i + (n >> 1), at.k + (n & 1));
+    if (ray.meets >= 0.5f && std::abs(double{ray.range_offset_m} - at.range_offset_m) < near_m) return true;
+  }
+  return false;
 }
 
 void ReturnMap::append_returns(std::vector<Return>& returns) const {

@@ -25,6 +25,9 @@ class ReturnMap {
   /// the point lies; +∞ where the ray meets nothing. NaN where the swath does not hold the point.
   double distance_m(const glm::dvec3& point_m) const;
 
+  /// Whether a ray beside a point meets something within `near_m` of it, along the ray.
+  bool meets_near(const glm::dvec3& point_m, double near_m) const;
+
   /// Where something returned, in the volume's frame.
   struct Return {
     double height_m;
@@ -40,6 +43,16 @@ class ReturnMap {
     float returned = 0.0f;        ///< Σ γ T (1 − e^−x)
     float meets = 0.0f;           ///< ½ and more: meets matter
   };
+
+  /// Where a point lies among the rays: that of less than it along track and in angle, and how far it is to the next.
+  struct Place {
+    bool in_image = false, among_rays = false;
+    int i = 0, k = 0;
+    double u = 0.0, v = 0.0;
+    double range_offset_m = 0.0;
+  };
+  Place place_of(const glm::dvec3& point_m) const;
+  const Ray& ray(int i, int k) const { return map_[static_cast<std::size_t>(i * n_angles_ + k)]; }
 
   void look(const LearnedVolume& volume, const Occupancy& occupancy, const Box& box_m);
 

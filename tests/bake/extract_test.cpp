@@ -127,6 +127,38 @@ TEST_CASE("a body is filled behind the surfaces that are seen") {
   }
 }
 
+TEST_CASE("what no view sees into and no seen surface bounds is not filled") {
+  // A slab on four blocks, which nobody sees between.
+  const auto slab = [](const glm::dvec3& p) {
+    return p.y > 1.0 && p.y < 2.0 && std::abs(p.x) < 3.0 && std::abs(p.z) < 2.0;
+  };
+  const auto block = [](const glm::dvec3& p) {
+    return p.y > 0.0 && p.y < 1.0 && std::abs(p.x) > 2.2 && std::abs(p.x) < 3.0 && std::abs(p.z) > 1.2 && std::abs(p.z) < 2.0;
+  };
+  ExtractOptions options = fine();
+  options.ground_height_m = 0.0;
+
+  SECTION("between the legs of a table") {
+    const auto table = [&](const glm::dvec3& p) { return Matter{slab(p) || block(p) ? 5.0 : 0.0}; };
+    // 24 m³ and 4 × 0.64 m³; full down to the ground it would be 48 m³, less the 45° that views look under it.
+    const double volume = volume_m3(extract(model_of(field_of(table)), options));
+    CHECK(volume == Approx(26.6).epsilon(0.15));
+  }
+  SECTION("but a slab that stands on what nobody sees keeps it") {
+    const auto alone = [&](const glm::dvec3& p) { return Matter{slab(p) ? 5.0 : 0.0}; };
+    CHECK(volume_m3(extract(model_of(field_of(alone)), options)) > 32.0);
+  }
+  SECTION("a wall that no view has returns from is one where the others are seen") {
+    const auto dark = [](const glm::dvec3& p) {
+      Matter m = hollow_box(p);
+      if (p.x > 2.6) m.brightness = 1e-4;
+      return m;
+    };
+    const double dark_m3 = volume_m3(extract(model_of(field_of(dark)), options));
+    CHECK(dark_m3 == Approx(72.0).epsilon(0.1));
+  }
+}
+
 TEST_CASE("half of a ray's return says where the surface is and not its first fog") {
   // Dark fog of half a metre over the roof, which stops a good part of each ray and returns next to nothing.
   const auto fogged = [](const glm::dvec3& p) {
