@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "phoenix_header.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -11,6 +12,7 @@
 namespace sarnerf {
 namespace {
 
+constexpr std::string_view kBegin = "[PhoenixHeaderVer";
 constexpr std::string_view kEnd = "[EndofPhoenixHeader]";
 
 /// Real headers have two thousand bytes; in a megabyte without an end there is none.
@@ -24,9 +26,13 @@ std::string_view trimmed(std::string_view text) {
 
 }  // namespace
 
+bool begins_as_phoenix(std::string_view text) {
+  const std::size_t begin = std::min(text.find_first_not_of("\r\n"), text.size());
+  return begin <= kPhoenixHeadBytes - kBegin.size() && text.substr(begin).starts_with(kBegin);
+}
+
 PhoenixHeader::PhoenixHeader(std::string_view file, std::string where) : where_(std::move(where)) {
-  if (!file.starts_with(kPhoenixMagic))
-    fail("expected a Phoenix file, which begins with " + std::string(kPhoenixMagic) + "…]");
+  if (!begins_as_phoenix(file)) fail("expected a Phoenix file, which begins with " + std::string(kBegin) + "…]");
   const std::string_view head = file.substr(0, kMostBytes);
   const std::size_t end = head.find(kEnd);
   if (end == std::string_view::npos)

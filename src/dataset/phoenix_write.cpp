@@ -38,7 +38,7 @@ std::string fixed_width(std::size_t number) {
 
 std::string header_text(const PhoenixChip& chip, std::size_t header_bytes) {
   const Image<float>& image = chip.magnitude;
-  std::string h = std::string(kPhoenixMagic) + "01.04]\n";
+  std::string h = "\n[PhoenixHeaderVer01.04]\n";
   append(h, "PhoenixHeaderLength", fixed_width(header_bytes));
   append(h, "PhoenixSigSize", fixed_width(header_bytes + 2 * sizeof(float) * image.pixels().size()));
   append(h, "PhoenixSigNum", std::string("0001"));

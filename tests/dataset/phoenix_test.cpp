@@ -92,6 +92,7 @@ TEST_CASE("damaged Phoenix chips are refused, each by its own fault") {
   };
   says("", "begins with [PhoenixHeaderVer");
   says("II*\0 a TIFF", "begins with [PhoenixHeaderVer");
+  says(std::string(100, '\n') + whole, "begins with [PhoenixHeaderVer");
   says(whole.substr(0, 200), "the header has no end");
   says(whole.substr(0, whole.size() - 1), "the chip is truncated");
   says(whole.substr(0, whole.size() / 2), "the chip is truncated");

@@ -15,8 +15,10 @@
 /// the magnitudes of all pixels, then their phases.
 namespace sarnerf {
 
-/// What the first bytes of every Phoenix file are.
-inline constexpr std::string_view kPhoenixMagic = "[PhoenixHeaderVer";
+/// Whether a text begins as Phoenix files do: with "[PhoenixHeaderVer", behind a line break in published ones. As many
+/// bytes of a file suffice as kPhoenixHeadBytes says.
+bool begins_as_phoenix(std::string_view text);
+inline constexpr std::size_t kPhoenixHeadBytes = 24;
 
 /// A chip as its file has it. Row 0 lies at far range and the radar below the last row; docs/conventions.md draws how
 /// that is read, and chip_of() does it.
