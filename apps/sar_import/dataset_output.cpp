@@ -13,12 +13,14 @@
 #include "recipe.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/dataset/display.h"
 #include "sarnerf/dataset/image_file.h"
 #include "summary.h"
 #include "sweep_folder.h"
 #include "sweep_place.h"
+#include "values.h"
 
 namespace sarnerf::app {
 namespace {
@@ -41,6 +43,9 @@ class Import {
   }
   std::size_t n_before() const { return n_before_; }
 
+  /// Whether the pictures' scale, which the manifest names, is known by now.
+  bool has_scale() const { return !display_.is_null(); }
+
   /// Reads every image, because its size stands in the manifest, and writes those that are not there.
   void write_views(const Monitor& monitor) {
     std::vector<float> whites;
@@ -62,13 +67,16 @@ class Import {
     checksums_.finish();
   }
 
-  std::string manifest() const {
+  /// Of the views that are finished. Those that an interruption left unread are read for their size.
+  std::string manifest() {
+    for (std::size_t n = 0; n < sources_.size(); ++n)
+      if (finished_[n] && views_[n].image.empty()) describe(n, load(options_, sources_[n]));
     Dataset dataset;
     dataset.quantity = options_.quantity;
     dataset.calibration = Calibration::uncalibrated;
     std::size_t n_assumed = 0, n_nominal = 0;
     for (std::size_t n = 0; n < sources_.size(); ++n) {
-      if (!finished_[n] || views_[n].image.empty()) continue;
+      if (!finished_[n]) continue;
       dataset.views.push_back(views_[n]);
       if (!sources_[n].split.empty()) dataset.splits[sources_[n].split].push_back(views_[n].image);
       n_assumed += sources_[n].chip.range_is_assumed ? 1 : 0;
@@ -89,10 +97,14 @@ class Import {
   }
 
  private:
-  void write_view(std::size_t n, const DisplayScale& scale) {
-    const Chip chip = load(options_, sources_[n]);
+  void describe(std::size_t n, const Chip& chip) {
     views_[n] = chip.view;
     views_[n].image = folder_.image_name(n);
+  }
+
+  void write_view(std::size_t n, const DisplayScale& scale) {
+    const Chip chip = load(options_, sources_[n]);
+    describe(n, chip);
     if (finished_[n]) return;
     const auto tiff = encode_tiff(chip.image), png = make_picture(chip.image, options_.quantity, scale);
     AtomicFiles files(Durability::process);
@@ -107,12 +119,24 @@ class Import {
   const std::vector<Source>& sources_;
   const SweepFolder& folder_;
   Checksums checksums_;
-  std::vector<DatasetView> views_;  ///< of images that were read; the others have no image
+  std::vector<DatasetView> views_;  ///< of images that were read; the others have no name
   std::vector<char> finished_;
   std::size_t n_before_ = 0;
   Json display_;
   std::mutex mutex_;
 };
+
+/// Programs hold one file a thread, its pixels as doubles at worst, and the picture.
+void refuse_beyond_memory(const Options& o, const std::vector<Source>& sources) {
+  constexpr std::uint64_t kBase = 64ull << 20, kTimesFile = 8;
+  std::uint64_t largest = 0;
+  for (const Source& s : sources) largest = std::max(largest, regular_file_size(s.file));
+  const std::uint64_t limit = o.shared.max_memory_bytes;
+  const std::uint64_t needed = kBase + kTimesFile * static_cast<std::uint64_t>(o.shared.n_threads) * largest;
+  if (limit > 0 && needed > limit)
+    throw UsageError("about " + bytes_text(needed) + " are needed, more than --max-memory " + bytes_text(limit) +
+                     "; use fewer --threads");
+}
 
 void warn_of_several_classes(const std::vector<Source>& sources, Console& console) {
   std::set<std::string> classes;
@@ -129,6 +153,7 @@ std::string write_dataset(const Options& o, const Choice& choice, Console& conso
   const SweepFolder folder(o.output, choice.chosen.size());
   const Json recipe = recipe_of(o, choice.chosen, monitor);
   require_sweep_place(folder, recipe.at("request"), o.overwrite);
+  refuse_beyond_memory(o, choice.chosen);
   warn_of_several_classes(choice.chosen, console);
   make_folder(folder.path());
   const FolderLock lock(folder.path());
@@ -155,7 +180,7 @@ std::string write_dataset(const Options& o, const Choice& choice, Console& conso
   try {
     import.write_views(monitor);
   } catch (const Interrupted&) {
-    if (import.n_finished() > import.n_before()) write_file_atomically(folder.manifest(), import.manifest());
+    if (import.n_finished() > 0 && import.has_scale()) write_file_atomically(folder.manifest(), import.manifest());
     throw Interrupted("interrupted: " + std::to_string(import.n_finished()) + " of " + n_all +
                       " images are finished; the same command continues");
   }

@@ -51,7 +51,7 @@ std::vector<fs::path> chip_files(const Options& o, Console& console, const Monit
   }
   std::sort(files.begin(), files.end());
   files.erase(std::unique(files.begin(), files.end()), files.end());
-  if (n_others > 0) console.note(std::to_string(n_others) + " files are of another kind: passed over");
+  if (n_others > 0) console.note("passed over, of another kind: " + std::to_string(n_others) + (n_others == 1 ? " file" : " files"));
   return files;
 }
 
