@@ -30,7 +30,7 @@ class Import {
  public:
   Import(const Options& options, const std::vector<Source>& sources, const SweepFolder& folder)
       : options_(options), sources_(sources), folder_(folder), checksums_(folder.checksums()),
-        views_(sources.size()), finished_(sources.size(), 0) {
+        finished_(sources.size(), 0) {
     parallel_for(sources.size(), 8, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t n = begin; n < end; ++n)
         finished_[n] = checksums_.whole(folder_.image_name(n)) && checksums_.whole(folder_.png_name(n)) ? 1 : 0;
@@ -43,10 +43,7 @@ class Import {
   }
   std::size_t n_before() const { return n_before_; }
 
-  /// Whether the pictures' scale, which the manifest names, is known by now.
-  bool has_scale() const { return !display_.is_null(); }
-
-  /// Reads every image, because its size stands in the manifest, and writes those that are not there.
+  /// Writes the images that are not there.
   void write_views(const Monitor& monitor) {
     std::vector<float> whites;
     for (const std::size_t n : DisplayScale::sample_views(sources_.size())) {
@@ -58,27 +55,27 @@ class Import {
     std::size_t n_done = 0;
     parallel_for(sources_.size(), 1, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t n = begin; n < end; ++n) {
+        if (finished_[n]) continue;
         monitor.check();
         write_view(n, scale);
         const std::scoped_lock lock(mutex_);
-        monitor.report("images", ++n_done, sources_.size());
+        monitor.report("images", ++n_done, sources_.size() - n_before_);
       }
     });
     checksums_.finish();
   }
 
-  /// Of the views that are finished. Those that an interruption left unread are read for their size.
-  std::string manifest() {
-    for (std::size_t n = 0; n < sources_.size(); ++n)
-      if (finished_[n] && views_[n].image.empty()) describe(n, load(options_, sources_[n]));
+  /// Of the views that are finished.
+  std::string manifest() const {
     Dataset dataset;
     dataset.quantity = options_.quantity;
     dataset.calibration = Calibration::uncalibrated;
     std::size_t n_assumed = 0, n_nominal = 0;
     for (std::size_t n = 0; n < sources_.size(); ++n) {
       if (!finished_[n]) continue;
-      dataset.views.push_back(views_[n]);
-      if (!sources_[n].split.empty()) dataset.splits[sources_[n].split].push_back(views_[n].image);
+      dataset.views.push_back(sources_[n].chip.view);
+      dataset.views.back().image = folder_.image_name(n);
+      if (!sources_[n].split.empty()) dataset.splits[sources_[n].split].push_back(folder_.image_name(n));
       n_assumed += sources_[n].chip.range_is_assumed ? 1 : 0;
       n_nominal += sources_[n].chip.depression_is_nominal ? 1 : 0;
     }
@@ -97,15 +94,8 @@ class Import {
   }
 
  private:
-  void describe(std::size_t n, const Chip& chip) {
-    views_[n] = chip.view;
-    views_[n].image = folder_.image_name(n);
-  }
-
   void write_view(std::size_t n, const DisplayScale& scale) {
     const Chip chip = load(options_, sources_[n]);
-    describe(n, chip);
-    if (finished_[n]) return;
     const auto tiff = encode_tiff(chip.image), png = make_picture(chip.image, options_.quantity, scale);
     AtomicFiles files(Durability::process);
     files.add(folder_.path() / folder_.png_name(n), png);
@@ -119,7 +109,6 @@ class Import {
   const std::vector<Source>& sources_;
   const SweepFolder& folder_;
   Checksums checksums_;
-  std::vector<DatasetView> views_;  ///< of images that were read; the others have no name
   std::vector<char> finished_;
   std::size_t n_before_ = 0;
   Json display_;
@@ -180,7 +169,7 @@ std::string write_dataset(const Options& o, const Choice& choice, Console& conso
   try {
     import.write_views(monitor);
   } catch (const Interrupted&) {
-    if (import.n_finished() > 0 && import.has_scale()) write_file_atomically(folder.manifest(), import.manifest());
+    if (import.n_finished() > 0) write_file_atomically(folder.manifest(), import.manifest());
     throw Interrupted("interrupted: " + std::to_string(import.n_finished()) + " of " + n_all +
                       " images are finished; the same command continues");
   }

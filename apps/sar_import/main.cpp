@@ -8,8 +8,9 @@ namespace sarnerf::app {
 namespace {
 
 std::string import_images(const Options& options, Console& console, const Monitor& monitor) {
-  const Choice choice = choose(find_sources(options, console, monitor), options.selection);
+  Choice choice = choose(find_sources(options, console, monitor), options.selection);
   if (const std::string duplicates = duplicates_text(choice.chosen); !duplicates.empty()) console.warning(duplicates);
+  read_sizes(options, choice.chosen, monitor);
   if (options.dry_run) return plan_text(options, choice);
   if (options.explain) console.asked_for(plan_text(options, choice));
   return write_dataset(options, choice, console, monitor);

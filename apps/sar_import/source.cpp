@@ -60,20 +60,28 @@ Chip read_chip(const Options& o, const fs::path& file) {
                                       : chip_of(read_phoenix(file), o.slant_range_m);
 }
 
+/// work(n) for [0, count), on all threads, with progress.
+template <class Work>
+void for_each_file(std::size_t count, const char* stage, const Monitor& monitor, const Work& work) {
+  std::mutex mutex;
+  std::size_t n_done = 0;
+  parallel_for(count, 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      monitor.check();
+      work(n);
+      const std::scoped_lock lock(mutex);
+      monitor.report(stage, ++n_done, count);
+    }
+  });
+}
+
 std::vector<Source> chip_sources(const Options& o, Console& console, const Monitor& monitor) {
   const std::vector<fs::path> files = chip_files(o, console, monitor);
   std::vector<Source> sources(files.size());
-  std::mutex mutex;
-  std::size_t n_done = 0;
-  parallel_for(files.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t n = begin; n < end; ++n) {
-      monitor.check();
-      Chip chip = read_chip(o, files[n]);
-      chip.image = {};
-      sources[n] = {files[n], std::move(chip), ""};
-      const std::scoped_lock lock(mutex);
-      monitor.report("reading", ++n_done, files.size());
-    }
+  for_each_file(files.size(), "reading", monitor, [&](std::size_t n) {
+    Chip chip = read_chip(o, files[n]);
+    chip.image = {};
+    sources[n] = {files[n], std::move(chip), ""};
   });
   return sources;
 }
@@ -139,6 +147,13 @@ std::vector<Source> find_sources(const Options& o, Console& console, const Monit
                                                      : "Phoenix chips") +
                      ", found none");
   return sources;
+}
+
+void read_sizes(const Options& o, std::vector<Source>& sources, const Monitor& monitor) {
+  for_each_file(sources.size(), "checking", monitor, [&](std::size_t n) {
+    const Chip chip = load(o, sources[n]);
+    sources[n].chip.view = chip.view;
+  });
 }
 
 Chip load(const Options& o, const Source& source) {

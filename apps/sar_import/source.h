@@ -23,6 +23,9 @@ struct Source {
 /// for bad ones and where nothing is found.
 std::vector<Source> find_sources(const Options& options, Console& console, const Monitor& monitor);
 
+/// Reads every image once and notes its size, so that a bad one is known before anything is written. Throws InputError.
+void read_sizes(const Options& options, std::vector<Source>& sources, const Monitor& monitor);
+
 /// The source with its pixels, cropped. Throws InputError for a file that is bad by now.
 Chip load(const Options& options, const Source& source);
 

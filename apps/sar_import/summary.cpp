@@ -55,6 +55,8 @@ std::string summary_text(const Choice& choice) {
     text += set_line(all, begin, end);
   }
   const auto of_view = [](auto member) { return [member](const Source& s) { return s.chip.view.*member; }; };
+  text += "  size             " + span_text(all, "%d", of_view(&DatasetView::n_azimuth)) + " x " +
+          span_text(all, "%d", of_view(&DatasetView::n_range)) + " pixels (azimuth x range)\n";
   text += "  spacing          " + span_text(all, "%.6g", of_view(&DatasetView::azimuth_spacing_m)) + " m azimuth, " +
           span_text(all, "%.6g", of_view(&DatasetView::range_spacing_m)) + " m slant range\n";
   const auto n_assumed = std::count_if(all.begin(), all.end(), [](const Source& s) { return s.chip.range_is_assumed; });

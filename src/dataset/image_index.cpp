@@ -142,7 +142,7 @@ std::vector<IndexedImage> index_by_names(const fs::path& folder) {
   }
   if (!unreadable.empty())
     throw InputError(folder.string() + ": no azimuth in the names of " + std::to_string(unreadable.size()) +
-                     " images, expected such as 50.2248_HB15087.tif, or a table (--csv): " + list_text(unreadable));
+                     (unreadable.size() == 1 ? " image" : " images") + ", expected such as 50.2248_HB15087.tif, or a table (--csv): " + list_text(unreadable));
   return images;
 }
 

@@ -33,7 +33,7 @@ std::string without_line(std::string text, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("bad chips end an import with exit code 3 and one line that names the file") {
+TEST_CASE("bad chips end an import with exit code 3 and one line that names the file", "[import]") {
   const ChipFolder folder;
   folder.write("good.000", ChipFolder::chip(10));
   const std::string good = text_of(ChipFolder::chip(20));
@@ -62,7 +62,7 @@ TEST_CASE("bad chips end an import with exit code 3 and one line that names the 
   refused(folder, {"mstar", "empty", "-o", "out"}, 3, "expected Phoenix chips, found none");
 }
 
-TEST_CASE("bad SAMPLE files end an import with exit code 3") {
+TEST_CASE("bad SAMPLE files end an import with exit code 3", "[import]") {
   const ChipFolder folder;
   std::string header = "MATLAB 7.3 MAT-file, Platform: GLNXA64 HDF5 schema 1.00 .";
   header.resize(124, ' ');
@@ -72,7 +72,7 @@ TEST_CASE("bad SAMPLE files end an import with exit code 3") {
   refused(folder, {"sample", ".", "-o", "out"}, 3, "a.mat: expected a MATLAB file of version 5");
 }
 
-TEST_CASE("bad pictures and tables end an import with exit code 3") {
+TEST_CASE("bad pictures and tables end an import with exit code 3", "[import]") {
   const ChipFolder folder;
   folder.write_picture("pictures/a.tif");
   const std::vector<std::string> command{"images", "pictures", "--csv", "t.csv", "--spacing", "0.2", "-o", "out"};
@@ -82,7 +82,7 @@ TEST_CASE("bad pictures and tables end an import with exit code 3") {
   refused(folder, command, 3, "contradict each other");
   write_text(folder / "t.csv", "file,azimuth_deg,depression_deg\na.tif,,17\n");
   refused(folder, command, 3, "azimuth_deg is empty");
-  refused(folder, {"images", "pictures", "--spacing", "0.2", "-o", "out"}, 3, "no azimuth in the names of 1 images: a.tif");
+  refused(folder, {"images", "pictures", "--spacing", "0.2", "-o", "out"}, 3, "no azimuth in the names of 1 image");
 
   write_text(folder / "t.csv", "file,azimuth_deg,depression_deg\na.tif,1,17\n");
   folder.write_picture("pictures/a.tif", -3.0f);
@@ -91,7 +91,7 @@ TEST_CASE("bad pictures and tables end an import with exit code 3") {
   refused(folder, command, 3, "a.tif");
 }
 
-TEST_CASE("what is not known or does not fit is a matter of usage") {
+TEST_CASE("what is not known or does not fit is a matter of usage", "[import]") {
   const ChipFolder folder;
   folder.write("chips/a.000", ChipFolder::chip(10));
   folder.write_picture("pictures/10_a.tif");

@@ -23,7 +23,7 @@ std::size_t n_images(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("an import is a dataset folder as sar_render's are, with a summary on stdout") {
+TEST_CASE("an import is a dataset folder as sar_render's are, with a summary on stdout", "[import]") {
   const ChipFolder folder;
   write_chips(folder, 3);
   const Outcome outcome = folder.run({"mstar", "chips", "-o", "out"});
@@ -44,7 +44,7 @@ TEST_CASE("an import is a dataset folder as sar_render's are, with a summary on 
   CHECK(d.scene_box_m.max.x == scene_box_of_swath(d.aim_m, d.views).max.x);
 }
 
-TEST_CASE("help and version go to stdout") {
+TEST_CASE("sar_import has help for itself and for each command", "[import]") {
   const ChipFolder folder;
   const Outcome help = folder.run({"--help"});
   CHECK(help.code == 0);
@@ -57,7 +57,7 @@ TEST_CASE("help and version go to stdout") {
   CHECK(folder.run({"--version"}).out.starts_with("sar_import "));
 }
 
-TEST_CASE("the same import again is done already, damage is mended, another one refused") {
+TEST_CASE("the same import again is done already, damage is mended, another one refused", "[import]") {
   const ChipFolder folder;
   write_chips(folder, 4);
   REQUIRE(folder.run({"mstar", "chips", "-o", "out"}).code == 0);
@@ -77,17 +77,17 @@ TEST_CASE("the same import again is done already, damage is mended, another one 
   CHECK(other.code == 2);
   CHECK(is_import_error(other, "choice.crop"));
   CHECK(folder.contents("out") == whole);
-  CHECK(folder.run({"mstar", "chips", "-o", "out", "--every", "2", "--overwrite"}).code == 0);
+  CHECK(folder.run({"mstar", "chips", "-o", "out", "--every", "4", "--overwrite"}).code == 0);
   CHECK(n_images(folder / "out") == 2);
 
   // A chip that has changed since is another recipe, too.
   folder.write("chips/hb.0", ChipFolder::chip(0.25));
-  CHECK(folder.run({"mstar", "chips", "-o", "out", "--every", "2"}).code == 2);
+  CHECK(folder.run({"mstar", "chips", "-o", "out", "--every", "4"}).code == 2);
   write_text(folder / "file", "");
   CHECK(folder.run({"mstar", "chips", "-o", "file"}).code == 2);
 }
 
-TEST_CASE("a plan writes nothing") {
+TEST_CASE("a plan writes nothing", "[import]") {
   const ChipFolder folder;
   write_chips(folder, 2);
   const Outcome plan = folder.run({"mstar", "chips", "-o", "out", "--dry-run"});
@@ -100,7 +100,7 @@ TEST_CASE("a plan writes nothing") {
   CHECK(n_images(folder / "out") == 2);
 }
 
-TEST_CASE("a full disk is exit code 1, and the next run continues") {
+TEST_CASE("a full disk is exit code 1, and the next run continues", "[import]") {
   const ChipFolder folder;
   write_chips(folder, 2);
   const Outcome full = sar_import({"mstar", "chips", "-o", "out"}, {folder.path(), 300, {}, {}, {}});
@@ -111,7 +111,7 @@ TEST_CASE("a full disk is exit code 1, and the next run continues") {
   CHECK(after.code == 0);
 }
 
-TEST_CASE("interrupted imports leave what is finished, and continue to the same bytes") {
+TEST_CASE("interrupted imports leave what is finished, and continue to the same bytes", "[import]") {
   const ChipFolder folder;
   write_chips(folder, 500);
   for (const int signal : {SIGINT, SIGTERM}) {
@@ -135,7 +135,7 @@ TEST_CASE("interrupted imports leave what is finished, and continue to the same 
   CHECK(folder.contents("straight") == folder.contents("s" + std::to_string(SIGTERM)));
 }
 
-TEST_CASE("chips of a dataset of chips are the chips") {
+TEST_CASE("chips of a dataset of chips are the chips", "[import]") {
   const ChipFolder folder;
   write_chips(folder, 3);
   REQUIRE(folder.run({"mstar", "chips", "-o", "out"}).code == 0);

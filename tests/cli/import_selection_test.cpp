@@ -23,7 +23,7 @@ Dataset imported(const ChipFolder& folder, const std::vector<std::string>& argum
 
 }  // namespace
 
-TEST_CASE("the chips nearest to a grid of azimuths are taken, each once") {
+TEST_CASE("the chips nearest to a grid of azimuths are taken, each once", "[import]") {
   const ChipFolder folder;
   const double all_deg[] = {359.0, 3.0, 9.4, 10.5, 12.0, 29.0, 31.0, 180.0};
   for (std::size_t n = 0; n < std::size(all_deg); ++n)
@@ -46,7 +46,7 @@ TEST_CASE("the chips nearest to a grid of azimuths are taken, each once") {
   CHECK(imported(folder, {"mstar", "chips", "--depression", "17,30"}).views.size() == 10);
 }
 
-TEST_CASE("classes are chosen, and several targets in one dataset are pointed out") {
+TEST_CASE("classes are chosen, and several targets in one dataset are pointed out", "[import]") {
   const ChipFolder folder;
   folder.write("a.000", ChipFolder::chip(10));
   PhoenixChip other = ChipFolder::chip(20);
@@ -61,7 +61,7 @@ TEST_CASE("classes are chosen, and several targets in one dataset are pointed ou
   CHECK(tanks.views[0].class_name == "tank");
 }
 
-TEST_CASE("equal azimuths are warned of, by name, and kept") {
+TEST_CASE("equal azimuths are warned of, by name, and kept", "[import]") {
   const ChipFolder folder;
   folder.write("a.000", ChipFolder::chip(10.0));
   folder.write("b.000", ChipFolder::chip(10.0));
@@ -74,7 +74,7 @@ TEST_CASE("equal azimuths are warned of, by name, and kept") {
   CHECK(read_manifest(folder / "out").views.size() == 4);
 }
 
-TEST_CASE("pictures get what the table and the options know") {
+TEST_CASE("pictures get what the table and the options know", "[import]") {
   const ChipFolder folder;
   Image<float> counted(3, 2);
   for (std::size_t n = 0; n < 6; ++n) counted.pixels()[n] = static_cast<float>(n);
@@ -120,7 +120,7 @@ TEST_CASE("pictures get what the table and the options know") {
   CHECK(read_image(folder / "out" / d.views[0].image)(2, 1) == 5.0f);
 }
 
-TEST_CASE("names carry the azimuth when there is no table") {
+TEST_CASE("names carry the azimuth when there is no table", "[import]") {
   const ChipFolder folder;
   folder.write_picture("p/50.2248_HB15087.tif");
   folder.write_picture("p/0.5_HB15000.tif");
@@ -131,7 +131,7 @@ TEST_CASE("names carry the azimuth when there is no table") {
   CHECK(d.views[1].slant_range_m == 4500.0);
 }
 
-TEST_CASE("a crop is the middle of each image") {
+TEST_CASE("a crop is the middle of each image", "[import]") {
   const ChipFolder folder;
   folder.write("a.000", ChipFolder::chip(10));
   const Image<float> whole = read_image(folder / "out" / imported(folder, {"mstar", "a.000"}).views[0].image);

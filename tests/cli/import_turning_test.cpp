@@ -27,7 +27,7 @@ double correlation(const Image<float>& a, const Image<float>& b) {
 
 }  // namespace
 
-TEST_CASE("simulated views become Phoenix chips and come back, and still turn the right way") {
+TEST_CASE("simulated views become Phoenix chips and come back, and still turn the right way", "[import]") {
   const SceneFolder folder;
   // A flat L on the ground: nearly all of it lies in the plane that views are turned about.
   write_text(folder / "l.obj",
