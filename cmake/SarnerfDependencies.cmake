@@ -10,6 +10,7 @@ include(RsvgTargets)
 if(SARNERF_IMPORT)
   include(CsvTargets)
   include(MatioTargets)
+  find_package(ZLIB REQUIRED)
 endif()
 
 if(SARNERF_SIMULATOR)

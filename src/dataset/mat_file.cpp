@@ -5,8 +5,8 @@
 
 #include <cmath>
 #include <cstring>
-#include <string_view>
 
+#include "mat_layout.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/input_file.h"
 #include "sarnerf/core/input_text.h"
@@ -14,38 +14,7 @@
 namespace sarnerf {
 namespace {
 
-constexpr std::size_t kMostSide = 65535;
-constexpr std::size_t kHeaderBytes = 128, kTagBytes = 8;
-constexpr std::uint32_t kMatrix = 14, kCompressed = 15;
-
 [[noreturn]] void fail(const std::string& where, const std::string& what) { throw InputError(where + ": " + what); }
-
-/// Version 7.3 is HDF5 behind the same first words; libmatio must not even try. An element that ends beyond the file
-/// is found here, because libmatio says nothing of it.
-void check_layout(std::string_view file, const std::string& where) {
-  if (file.find("\x89HDF\r\n", 0) == 0 || file.starts_with("MATLAB 7.3"))
-    fail(where, "this is a MATLAB file of version 7.3 (HDF5), which is not read; save it with -v7 in MATLAB");
-  if (!file.starts_with("MATLAB 5.0") || file.size() < kHeaderBytes)
-    fail(where, "expected a MATLAB file of version 5, which begins with MATLAB 5.0");
-  const std::string_view order = file.substr(kHeaderBytes - 2, 2);
-  if (order != "IM" && order != "MI") fail(where, "the header of the MATLAB file is damaged: no byte order");
-  const auto word = [&](std::size_t at) {
-    std::uint32_t value = 0;
-    for (std::size_t n = 0; n < 4; ++n)
-      value = value << 8 | static_cast<unsigned char>(file[at + (order == "IM" ? 3 - n : n)]);
-    return value;
-  };
-  for (std::size_t at = kHeaderBytes; at < file.size();) {
-    if (file.size() - at < kTagBytes) fail(where, "the file is truncated in the middle of a variable's tag");
-    const std::uint32_t type = word(at), n_bytes = word(at + 4);
-    if (type != kMatrix && type != kCompressed)
-      fail(where, "byte " + std::to_string(at) + ": expected a variable; the file is damaged");
-    if (n_bytes > file.size() - at - kTagBytes)
-      fail(where, "the file is truncated: a variable ends at byte " + std::to_string(at + kTagBytes + n_bytes) +
-                      ", the file at byte " + std::to_string(file.size()));
-    at += kTagBytes + n_bytes;
-  }
-}
 
 struct FreeVariable {
   void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
@@ -74,7 +43,7 @@ struct MatFile::State {
 
 MatFile::MatFile(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
   state_->where = path.string();
-  check_layout(read_whole_file(path), state_->where);
+  check_mat_layout(read_whole_file(path), state_->where);
   state_->file = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
   if (state_->file == nullptr) fail(state_->where, "the MATLAB file cannot be read");
 }
@@ -110,8 +79,7 @@ std::string MatFile::text(const char* name) const {
 
 Image<float> MatFile::magnitudes(const char* name) const {
   const auto is_matrix = [](const matvar_t& v) {
-    return (v.class_type == MAT_C_DOUBLE || v.class_type == MAT_C_SINGLE) && v.dims[0] >= 1 && v.dims[1] >= 1 &&
-           v.dims[0] <= kMostSide && v.dims[1] <= kMostSide;
+    return (v.class_type == MAT_C_DOUBLE || v.class_type == MAT_C_SINGLE) && v.dims[0] >= 1 && v.dims[1] >= 1;
   };
   const Variable variable = state_->read(name, is_matrix, "a matrix of complex numbers");
   const bool is_double = variable->class_type == MAT_C_DOUBLE;
