@@ -153,6 +153,11 @@ void read_sizes(const Options& o, std::vector<Source>& sources, const Monitor& m
   for_each_file(sources.size(), "checking", monitor, [&](std::size_t n) {
     const Chip chip = load(o, sources[n]);
     sources[n].chip.view = chip.view;
+    try {
+      validate(acquisition_of(chip.view, glm::dvec3(0.0)));
+    } catch (const GeometryError& e) {
+      throw InputError(sources[n].file.string() + ": no radar image can be of this geometry: " + e.what());
+    }
   });
 }
 

@@ -12,6 +12,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/input_file.h"
 #include "sarnerf/core/input_text.h"
+#include "sarnerf/dataset/depression.h"
 
 namespace sarnerf {
 namespace {
@@ -38,7 +39,7 @@ std::optional<double> depression_deg(const CsvTable& table, std::size_t row) {
     table.fail(row, "depression_deg " + table.text(row, "depression_deg") + " and incidence_deg " +
                         table.text(row, "incidence_deg") + " contradict each other: they must add up to 90");
   const auto angle = depression ? depression : incidence ? std::optional(90.0 - *incidence) : std::nullopt;
-  if (angle && !(*angle > 0.0 && *angle < 90.0))
+  if (angle && !is_depression(*angle))
     table.fail(row, "expected a depression between 0 and 90 degrees, both excluded, found " + std::to_string(*angle));
   return angle;
 }

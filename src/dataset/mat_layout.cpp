@@ -3,8 +3,10 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "sarnerf/core/error.h"
 
@@ -12,12 +14,13 @@ namespace sarnerf {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 128, kTagBytes = 8;
-constexpr std::uint32_t kInt8 = 1, kInt32 = 5, kUint32 = 6, kMatrix = 14, kCompressed = 15;
-
-/// Tag, flags, dimensions and the name's tag of a matrix.
-constexpr std::size_t kMatrixHeadBytes = 48;
+constexpr std::uint32_t kInt8 = 1, kInt32 = 5, kUint32 = 6, kMatrix = 14, kCompressed = 15,
+                        kUtf8 = 16, kUtf32 = 18, kComplexFlag = 0x800;
 
 constexpr std::uint32_t kMostSide = 2048, kLongestName = 63;
+
+/// Real and imaginary parts in double precision, and what stands around them.
+constexpr std::size_t kMostMatrixBytes = 2 * sizeof(double) * kMostSide * kMostSide + 1024;
 
 /// Classes of arrays: texts and numbers of every kind; not cells, structures, objects, sparse matrices.
 constexpr std::uint32_t kCharacters = 4, kFirstNumber = 6, kLastNumber = 15;
@@ -38,31 +41,63 @@ class Words {
   bool little_endian_;
 };
 
-/// The first bytes of what a compressed variable unzips to; fewer where it does not.
-std::string unzipped_head(std::string_view zipped) {
-  std::array<char, kMatrixHeadBytes> head{};
-  z_stream stream{};
-  if (inflateInit(&stream) != Z_OK) return {};
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(zipped.data()));
-  stream.avail_in = static_cast<uInt>(zipped.size());
-  stream.next_out = reinterpret_cast<Bytef*>(head.data());
-  stream.avail_out = static_cast<uInt>(head.size());
-  (void)inflate(&stream, Z_SYNC_FLUSH);
-  const std::size_t n_bytes = head.size() - stream.avail_out;
-  (void)inflateEnd(&stream);
-  return {head.data(), n_bytes};
+/// What a compressed variable unzips to; empty where it does not, or to too much.
+std::string unzipped(std::string_view zipped) {
+  std::string bytes(std::min(kMostMatrixBytes, 1032 * zipped.size() + 64), '\0');  // zlib's highest ratio
+  auto n_bytes = static_cast<uLongf>(bytes.size());
+  const int result = uncompress(reinterpret_cast<Bytef*>(bytes.data()), &n_bytes,
+                                reinterpret_cast<const Bytef*>(zipped.data()), static_cast<uLong>(zipped.size()));
+  bytes.resize(result == Z_OK ? n_bytes : 0);
+  return bytes;
 }
 
-bool is_plain_matrix(std::string_view head, bool little_endian) {
-  if (head.size() < kMatrixHeadBytes) return false;
-  const Words words(head, little_endian);
-  const std::uint32_t array_class = words.at(16) & 0xff, name_tag = words.at(40);
-  const bool short_name = (name_tag >> 16) != 0;
-  return words.at(0) == kMatrix && words.at(8) == kUint32 && words.at(12) == 8 &&
-         (array_class == kCharacters || (array_class >= kFirstNumber && array_class <= kLastNumber)) &&
-         words.at(24) == kInt32 && words.at(28) == 8 && words.at(32) <= kMostSide && words.at(36) <= kMostSide &&
-         (short_name ? (name_tag & 0xffff) == kInt8 && (name_tag >> 16) <= 4
-                     : name_tag == kInt8 && words.at(44) <= kLongestName);
+/// Bytes of one value of a data type; 0 for what is no number and no character.
+std::size_t size_of(std::uint32_t type) {
+  constexpr std::array<std::size_t, 19> kSizes{0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8, 0, 0, 1, 2, 4};
+  return type < kSizes.size() ? kSizes[type] : 0;
+}
+
+struct Part {
+  std::uint32_t type = 0;
+  std::size_t begin = 0, n_bytes = 0;
+};
+
+/// The parts of a matrix one after the other: small ones have type and size in one word and their data in the next;
+/// the others fill up to eight bytes. Empty where they do not end with the matrix.
+std::vector<Part> parts_of(std::string_view matrix, const Words& words) {
+  std::vector<Part> parts;
+  for (std::size_t at = kTagBytes; at < matrix.size();) {
+    if (matrix.size() - at < kTagBytes || parts.size() == 5) return {};
+    const std::uint32_t word = words.at(at);
+    const bool small = (word >> 16) != 0;
+    const Part part{word & 0xffff, at + (small ? 4 : 8), small ? word >> 16 : words.at(at + 4)};
+    if (part.n_bytes > (small ? 4 : matrix.size() - at - kTagBytes)) return {};
+    at += kTagBytes + (small ? 0 : (part.n_bytes + 7) / 8 * 8);
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+bool is_plain_matrix(std::string_view matrix, bool little_endian) {
+  const Words words(matrix, little_endian);
+  if (matrix.size() < kTagBytes || words.at(0) != kMatrix || words.at(4) != matrix.size() - kTagBytes) return false;
+  const std::vector<Part> parts = parts_of(matrix, words);
+  if (parts.size() < 4) return false;
+  const Part &flags = parts[0], &sides = parts[1], &name = parts[2];
+  if (flags.type != kUint32 || flags.n_bytes != 8 || sides.type != kInt32 || sides.n_bytes != 8 || name.type != kInt8 ||
+      name.n_bytes > kLongestName)
+    return false;
+  const std::uint32_t array_class = words.at(flags.begin) & 0xff;
+  const bool is_text = array_class == kCharacters, is_complex = (words.at(flags.begin) & kComplexFlag) != 0;
+  if (!is_text && !(array_class >= kFirstNumber && array_class <= kLastNumber)) return false;
+  const std::uint32_t n_rows = words.at(sides.begin), n_columns = words.at(sides.begin + 4);
+  if (n_rows > kMostSide || n_columns > kMostSide || parts.size() != (is_complex ? 5u : 4u)) return false;
+  return std::all_of(parts.begin() + 3, parts.end(), [&](const Part& data) {
+    const std::size_t n_values = std::size_t{n_rows} * n_columns, size = size_of(data.type);
+    // A character of UTF-8 has up to four bytes.
+    if (is_text && data.type == kUtf8) return data.n_bytes >= n_values && data.n_bytes <= 4 * n_values;
+    return size > 0 && data.type < (is_text ? kUtf32 + 1 : kUtf8) && data.n_bytes == size * n_values;
+  });
 }
 
 }  // namespace
@@ -90,7 +125,7 @@ void check_mat_layout(std::string_view file, const std::string& where) {
            std::to_string(file.size()));
     const std::string_view element = file.substr(at, end - at);
     const bool plain = type == kMatrix ? is_plain_matrix(element, little_endian)
-                                       : is_plain_matrix(unzipped_head(element.substr(kTagBytes)), little_endian);
+                                       : is_plain_matrix(unzipped(element.substr(kTagBytes)), little_endian);
     if (!plain)
       fail("the variable at byte " + std::to_string(at) + " is no text and no matrix of at most " +
            std::to_string(kMostSide) + " x " + std::to_string(kMostSide) + " numbers, or damaged");

@@ -9,6 +9,7 @@
 #include "phoenix_header.h"
 #include "sarnerf/core/input_file.h"
 #include "sarnerf/core/units.h"
+#include "sarnerf/dataset/depression.h"
 #include "sarnerf/dataset/phoenix.h"
 
 namespace sarnerf {
@@ -73,7 +74,7 @@ void read_pixels(std::span<const std::byte> data, int n_rows, int n_columns, con
 
 void check_depressions(const PhoenixChip& chip, const PhoenixHeader& header) {
   for (const auto& angle_deg : {chip.desired_depression_deg, chip.measured_depression_deg})
-    if (angle_deg && !(*angle_deg > 0.0 && *angle_deg < 90.0))
+    if (angle_deg && !is_depression(*angle_deg))
       header.fail("expected depressions between 0 and 90 degrees, both excluded, found " + std::to_string(*angle_deg));
   if (!chip.desired_depression_deg && !chip.measured_depression_deg)
     header.fail("the header has no depression: neither MeasuredDepression nor DesiredDepression");

@@ -4,6 +4,7 @@
 #include "mat_file.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/input_text.h"
+#include "sarnerf/dataset/depression.h"
 
 namespace sarnerf {
 namespace {
@@ -28,7 +29,7 @@ Chip read_sample(const std::filesystem::path& path, double assumed_range_m) {
   PhoenixChip chip;
   chip.target_azimuth_deg = file.number("azimuth");
   chip.measured_depression_deg = file.number("elevation");
-  if (!(*chip.measured_depression_deg > 0.0 && *chip.measured_depression_deg < 90.0))
+  if (!is_depression(*chip.measured_depression_deg))
     throw InputError(path.string() + ": elevation: expected degrees between 0 and 90, both excluded");
   chip.range_spacing_m = positive(file, "range_pixel_spacing", path);
   chip.cross_range_spacing_m = positive(file, "xrange_pixel_spacing", path);

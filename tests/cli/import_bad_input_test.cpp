@@ -49,6 +49,9 @@ TEST_CASE("bad chips end an import with exit code 3 and one line that names the 
   PhoenixChip two_angles = ChipFolder::chip(20);
   two_angles.desired_depression_deg = 30.0;
   bad(text_of(two_angles), "DesiredDepression 30 and MeasuredDepression 17.1 contradict each other");
+  PhoenixChip near = ChipFolder::chip(20);
+  near.measured_range_m = 1e-3;
+  bad(text_of(near), "no radar image can be of this geometry");
   std::string swapped = good;
   for (std::size_t at = good.size() - 2 * 4 * 120; at < good.size(); at += 4)
     std::reverse(swapped.data() + at, swapped.data() + at + 4);

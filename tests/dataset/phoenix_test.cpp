@@ -102,6 +102,7 @@ TEST_CASE("damaged Phoenix chips are refused, each by its own fault") {
   says(with_line(with_line(whole, "MeasuredDepression", ""), "DesiredDepression", ""), "no depression");
   says(with_line(whole, "DesiredDepression", "DesiredDepression= 30"), "contradict each other");
   says(with_line(whole, "MeasuredDepression", "MeasuredDepression= 95"), "between 0 and 90");
+  says(with_line(whole, "MeasuredDepression", "MeasuredDepression=1e-84"), "between 0 and 90");
   says(with_line(whole, "NumberOfRows", "NumberOfRows= 0"), "NumberOfRows: expected a whole number from 1");
   says(with_line(whole, "NumberOfRows", ""), "no NumberOfRows");
   says(with_line(whole, "RangePixelSpacing", ""), "no RangePixelSpacing");
