@@ -21,8 +21,9 @@ void run(const Options& options, Console& console) {
                           console.progress(stage, done, n);
                         },
                         &stop_requested()};
-  print_result(options.command == Command::phoenix ? write_phoenix_chips(options, console, monitor)
-                                                   : import_images(options, console, monitor));
+  const std::string result = options.command == Command::phoenix ? write_phoenix_chips(options, console, monitor)
+                                                                 : import_images(options, console, monitor);
+  if (options.dry_run || options.shared.verbosity >= 0) print_result(result);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ std::string names(const std::vector<Source>& sources, Of of) {
 template <class Keep>
 void keep_if(Choice& choice, const std::string& why, Keep keep) {
   const auto n = std::erase_if(choice.chosen, [&](const Source& s) { return !keep(s); });
-  if (n > 0) choice.left_out.push_back(std::to_string(n) + " images: " + why);
+  if (n > 0) choice.left_out.push_back(std::to_string(n) + (n == 1 ? " image: " : " images: ") + why);
 }
 
 void take_class(Choice& choice, const std::string& wanted) {

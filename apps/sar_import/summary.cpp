@@ -61,7 +61,7 @@ std::string summary_text(const Choice& choice) {
           span_text(all, "%.6g", of_view(&DatasetView::range_spacing_m)) + " m slant range\n";
   const auto n_assumed = std::count_if(all.begin(), all.end(), [](const Source& s) { return s.chip.range_is_assumed; });
   text += "  slant range      " + span_text(all, "%.6g", of_view(&DatasetView::slant_range_m)) + " m";
-  if (n_assumed > 0) text += ", assumed for " + std::to_string(n_assumed) + " images (--slant-range)";
+  if (n_assumed > 0) text += ", assumed for " + std::to_string(n_assumed) + " of " + std::to_string(all.size()) + " (--slant-range)";
   text += "\n";
   for (const std::string& why : choice.left_out) text += "  left out         " + why + "\n";
   return text;
