@@ -10,6 +10,7 @@
 #include "checksums.h"
 #include "display_scale.h"
 #include "folder_lock.h"
+#include "output_files.h"
 #include "recipe.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
@@ -139,6 +140,7 @@ void warn_of_several_classes(const std::vector<Source>& sources, Console& consol
 }  // namespace
 
 std::string write_dataset(const Options& o, const Choice& choice, Console& console, const Monitor& monitor) {
+  refuse_input(o.output, o.inputs);
   const SweepFolder folder(o.output, choice.chosen.size());
   const Json recipe = recipe_of(o, choice.chosen, monitor);
   require_sweep_place(folder, recipe.at("request"), o.overwrite);

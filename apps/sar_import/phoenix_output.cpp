@@ -49,6 +49,7 @@ std::string write_phoenix_chips(const Options& o, Console& console, const Monito
   const Json recipe = make_recipe(
       kProgram, {{"command", name(o.command)}, {"dataset_sha256", dataset_fingerprint(o.inputs.front(), dataset, monitor)}},
       Json::object());
+  refuse_input(o.output, o.inputs);
   require_possible(o.output);
   std::error_code ignored;
   const auto found = read_recipe(recipe_path);

@@ -13,6 +13,7 @@
 #include "sarnerf/core/input_file.h"
 #include "sarnerf/core/input_text.h"
 #include "sarnerf/dataset/depression.h"
+#include "sarnerf/dataset/manifest.h"
 
 namespace sarnerf {
 namespace {
@@ -114,7 +115,9 @@ std::vector<fs::path> image_files(const fs::path& folder) {
   std::error_code code;
   fs::recursive_directory_iterator walk(folder, code);
   if (code) throw InputError(folder.string() + ": expected a folder of images: " + code.message());
-  for (const auto& entry : walk) {
+  for (auto at = fs::begin(walk); at != fs::end(walk); at.increment(code)) {
+    const fs::directory_entry& entry = *at;
+    if (entry.is_directory(code) && fs::exists(entry.path() / kManifestName, code)) at.disable_recursion_pending();
     const std::string ending = lower(entry.path().extension().string());
     if (entry.is_regular_file(code) && std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end())
       files.push_back(entry.path());

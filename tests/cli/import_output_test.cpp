@@ -85,6 +85,9 @@ TEST_CASE("the same import again is done already, damage is mended, another one 
   CHECK(folder.run({"mstar", "chips", "-o", "out", "--every", "4"}).code == 2);
   write_text(folder / "file", "");
   CHECK(folder.run({"mstar", "chips", "-o", "file"}).code == 2);
+  const Outcome into_itself = folder.run({"mstar", "chips", "-o", "chips"});
+  CHECK(into_itself.code == 2);
+  CHECK(is_import_error(into_itself, "would replace the input"));
 }
 
 TEST_CASE("a plan writes nothing", "[import]") {

@@ -100,6 +100,12 @@ TEST_CASE("names carry azimuths") {
   CHECK(images[2].azimuth_deg == 50.2248);
   CHECK(images[2].file.filename() == "50.2248_HB15087.tif");
 
+  // What an earlier import left in the folder is no image of it.
+  std::filesystem::create_directories(folder / "out/images");
+  write_text(folder / "out/dataset.json", "{}");
+  write_text(folder / "out/images/view_000.tif", "");
+  CHECK(index_by_names(folder.path()).size() == 3);
+
   for (const char* name : {"HB15087.tif", "50.2248.tif", "nan_a.tif", "_a.tif"}) write_text(folder / name, "");
   try {
     index_by_names(folder.path());

@@ -28,7 +28,8 @@ struct IndexedImage {
 /// files that exist nowhere. Part of the target sarnerf::dataset_import.
 std::vector<IndexedImage> read_image_index(const std::filesystem::path& table, const std::filesystem::path& folder);
 
-/// Image files (PNG, JPEG, TIFF) of the folder and those below it, in the order of their names.
+/// Image files (PNG, JPEG, TIFF) of the folder and those below it, in the order of their names. Datasets below it are
+/// passed over: they may be what an earlier import of the folder wrote.
 std::vector<std::filesystem::path> image_files(const std::filesystem::path& folder);
 
 /// Index by names that begin with the azimuth and an underscore, such as 50.2248_HB15087.tif; the folder's other images
