@@ -15,8 +15,10 @@ void refuse_place(const std::filesystem::path& folder, const std::string& why) {
 
 void require_sweep_place(const SweepFolder& folder, const Json& request, bool overwrite) {
   std::error_code code;
-  if (std::filesystem::exists(folder.path(), code) && !std::filesystem::is_directory(folder.path(), code))
-    throw UsageError(folder.path().string() + ": expected a place for a folder, found a file; choose another -o");
+  if (std::filesystem::exists(folder.path(), code) &&
+      !std::filesystem::is_directory(folder.path(), code))
+    throw UsageError(folder.path().string() +
+                     ": expected a place for a folder, found a file; choose another -o");
   require_possible(folder.path());
   if (overwrite || !folder.occupied()) return;
   const auto recipe = read_recipe(folder.recipe());

@@ -30,11 +30,16 @@ namespace {
 class Import {
  public:
   Import(const Options& options, const std::vector<Source>& sources, const SweepFolder& folder)
-      : options_(options), sources_(sources), folder_(folder), checksums_(folder.checksums()),
+      : options_(options),
+        sources_(sources),
+        folder_(folder),
+        checksums_(folder.checksums()),
         finished_(sources.size(), 0) {
     parallel_for(sources.size(), 8, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t n = begin; n < end; ++n)
-        finished_[n] = checksums_.whole(folder_.image_name(n)) && checksums_.whole(folder_.png_name(n)) ? 1 : 0;
+        finished_[n] =
+            checksums_.whole(folder_.image_name(n)) && checksums_.whole(folder_.png_name(n)) ? 1
+                                                                                             : 0;
     });
     n_before_ = n_finished();
   }
@@ -76,19 +81,24 @@ class Import {
       if (!finished_[n]) continue;
       dataset.views.push_back(sources_[n].chip.view);
       dataset.views.back().image = folder_.image_name(n);
-      if (!sources_[n].split.empty()) dataset.splits[sources_[n].split].push_back(folder_.image_name(n));
+      if (!sources_[n].split.empty())
+        dataset.splits[sources_[n].split].push_back(folder_.image_name(n));
       n_assumed += sources_[n].chip.range_is_assumed ? 1 : 0;
       n_nominal += sources_[n].chip.depression_is_nominal ? 1 : 0;
     }
     dataset.scene_box_m = scene_box_of_swath(dataset.aim_m, dataset.views);
-    Json provenance{{"program", make_recipe(kProgram, Json::object(), Json::object()).at("program")},
-                    {"recipe", "recipe.json"},
-                    {"command", name(options_.command)},
-                    {"display", display_}};
-    if (n_assumed > 0) provenance["assumed"]["slant_range_m"] = {{"value", options_.slant_range_m}, {"views", n_assumed}};
+    Json provenance{
+        {"program", make_recipe(kProgram, Json::object(), Json::object()).at("program")},
+        {"recipe", "recipe.json"},
+        {"command", name(options_.command)},
+        {"display", display_}};
+    if (n_assumed > 0)
+      provenance["assumed"]["slant_range_m"] = {{"value", options_.slant_range_m},
+                                                {"views", n_assumed}};
     if (n_nominal > 0) provenance["assumed"]["depression_is_nominal"] = {{"views", n_nominal}};
     if (dataset.views.size() < sources_.size())
-      provenance["unfinished"] = std::to_string(dataset.views.size()) + " of " + std::to_string(sources_.size()) +
+      provenance["unfinished"] = std::to_string(dataset.views.size()) + " of " +
+                                 std::to_string(sources_.size()) +
                                  " views; the command of the recipe continues";
     dataset.provenance_json = provenance.dump();
     return manifest_text(dataset);
@@ -97,7 +107,8 @@ class Import {
  private:
   void write_view(std::size_t n, const DisplayScale& scale) {
     const Chip chip = load(options_, sources_[n]);
-    const auto tiff = encode_tiff(chip.image), png = make_picture(chip.image, options_.quantity, scale);
+    const auto tiff = encode_tiff(chip.image),
+               png = make_picture(chip.image, options_.quantity, scale);
     AtomicFiles files(Durability::process);
     files.add(folder_.path() / folder_.png_name(n), png);
     files.add(folder_.tiff(n), tiff);
@@ -122,10 +133,11 @@ void refuse_beyond_memory(const Options& o, const std::vector<Source>& sources) 
   std::uint64_t largest = 0;
   for (const Source& s : sources) largest = std::max(largest, regular_file_size(s.file));
   const std::uint64_t limit = o.shared.max_memory_bytes;
-  const std::uint64_t needed = kBase + kTimesFile * static_cast<std::uint64_t>(o.shared.n_threads) * largest;
+  const std::uint64_t needed =
+      kBase + kTimesFile * static_cast<std::uint64_t>(o.shared.n_threads) * largest;
   if (limit > 0 && needed > limit)
-    throw UsageError("about " + bytes_text(needed) + " are needed, more than --max-memory " + bytes_text(limit) +
-                     "; use fewer --threads");
+    throw UsageError("about " + bytes_text(needed) + " are needed, more than --max-memory " +
+                     bytes_text(limit) + "; use fewer --threads");
 }
 
 void warn_of_several_classes(const std::vector<Source>& sources, Console& console) {
@@ -133,13 +145,15 @@ void warn_of_several_classes(const std::vector<Source>& sources, Console& consol
   for (const Source& s : sources) classes.insert(s.chip.view.class_name + " " + s.chip.view.serial);
   if (classes.size() > 1)
     console.warning(std::to_string(classes.size()) +
-                    " targets (class and serial) in one dataset: sar_nerf_train learns one scene; choose with --class, or "
+                    " targets (class and serial) in one dataset: sar_nerf_train learns one scene; "
+                    "choose with --class, or "
                     "import the folder of one target");
 }
 
 }  // namespace
 
-std::string write_dataset(const Options& o, const Choice& choice, Console& console, const Monitor& monitor) {
+std::string write_dataset(const Options& o, const Choice& choice, Console& console,
+                          const Monitor& monitor) {
   refuse_input(o.output, o.inputs);
   const SweepFolder folder(o.output, choice.chosen.size());
   const Json recipe = recipe_of(o, choice.chosen, monitor);
@@ -163,11 +177,13 @@ std::string write_dataset(const Options& o, const Choice& choice, Console& conso
   const std::string n_all = std::to_string(choice.chosen.size());
   const std::string result = folder.manifest().string() + "\n" + summary_text(choice);
   if (import.n_before() == choice.chosen.size() && std::filesystem::exists(folder.report())) {
-    console.note("already done: all " + n_all + " images of the same recipe are there, nothing was written");
+    console.note("already done: all " + n_all +
+                 " images of the same recipe are there, nothing was written");
     return result;
   }
   if (import.n_before() > 0)
-    console.note("continuing: " + std::to_string(import.n_before()) + " of " + n_all + " images are there");
+    console.note("continuing: " + std::to_string(import.n_before()) + " of " + n_all +
+                 " images are there");
   try {
     import.write_views(monitor);
   } catch (const Interrupted&) {
@@ -176,7 +192,8 @@ std::string write_dataset(const Options& o, const Choice& choice, Console& conso
                       " images are finished; the same command continues");
   }
   write_file_atomically(folder.manifest(), import.manifest());
-  write_file_atomically(folder.report(), report_text(o, choice, choice.chosen.size() - import.n_before()),
+  write_file_atomically(folder.report(),
+                        report_text(o, choice, choice.chosen.size() - import.n_before()),
                         Durability::process);
   console.note("finished: " + n_all + " images");
   return result;

@@ -11,6 +11,7 @@ namespace sarnerf::app {
 /// manifest, recipe, checksums, report. Goes on where an earlier run of the same recipe stopped; the same bytes whatever
 /// the threads and interruptions. Returns the manifest's path and a summary. Throws UsageError when other output is in
 /// the way, Interrupted after writing a manifest of the finished views.
-std::string write_dataset(const Options& options, const Choice& choice, Console& console, const Monitor& monitor);
+std::string write_dataset(const Options& options, const Choice& choice, Console& console,
+                          const Monitor& monitor);
 
 }  // namespace sarnerf::app

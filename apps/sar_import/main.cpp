@@ -9,7 +9,8 @@ namespace {
 
 std::string import_images(const Options& options, Console& console, const Monitor& monitor) {
   Choice choice = choose(find_sources(options, console, monitor), options.selection);
-  if (const std::string duplicates = duplicates_text(choice.chosen); !duplicates.empty()) console.warning(duplicates);
+  if (const std::string duplicates = duplicates_text(choice.chosen); !duplicates.empty())
+    console.warning(duplicates);
   read_sizes(options, choice.chosen, monitor);
   if (options.dry_run) return plan_text(options, choice);
   if (options.explain) console.asked_for(plan_text(options, choice));
@@ -21,8 +22,9 @@ void run(const Options& options, Console& console) {
                           console.progress(stage, done, n);
                         },
                         &stop_requested()};
-  const std::string result = options.command == Command::phoenix ? write_phoenix_chips(options, console, monitor)
-                                                                 : import_images(options, console, monitor);
+  const std::string result = options.command == Command::phoenix
+                                 ? write_phoenix_chips(options, console, monitor)
+                                 : import_images(options, console, monitor);
   if (options.dry_run || options.shared.verbosity >= 0) print_result(result);
 }
 

@@ -23,16 +23,17 @@ enum class Orientation {
 
 /// Which images of many are taken, and what of each.
 struct Selection {
-  std::string class_name;              ///< empty: any
-  std::vector<double> depression_deg;  ///< nominal; empty: any
-  std::optional<double> every_deg;     ///< nearest to a regular grid of azimuths; none: all
+  std::string class_name;                   ///< empty: any
+  std::vector<double> depression_deg;       ///< nominal; empty: any
+  std::optional<double> every_deg;          ///< nearest to a regular grid of azimuths; none: all
   std::optional<std::pair<int, int>> crop;  ///< azimuth × range pixels
 };
 
 /// What the user asked for.
 struct Options {
   Command command = Command::mstar;
-  std::vector<std::filesystem::path> inputs;  ///< files and folders; one folder for `images` and `phoenix`
+  std::vector<std::filesystem::path>
+      inputs;  ///< files and folders; one folder for `images` and `phoenix`
   std::filesystem::path output;
   Selection selection;
 
@@ -40,8 +41,9 @@ struct Options {
 
   // Of `images` only.
   std::filesystem::path table;  ///< CSV; empty: names carry the azimuths
-  std::optional<std::pair<double, double>> spacing_m;  ///< azimuth, range; where the table says none
-  double scale = 1.0;                                  ///< physical value of one code
+  std::optional<std::pair<double, double>>
+      spacing_m;       ///< azimuth, range; where the table says none
+  double scale = 1.0;  ///< physical value of one code
   Quantity quantity = Quantity::amplitude;
   Orientation orientation = Orientation::chip;
 

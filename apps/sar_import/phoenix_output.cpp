@@ -25,8 +25,10 @@ std::string chip_name(std::size_t n) {
   return text;
 }
 
-std::vector<std::byte> chip_bytes(const Options& o, const Dataset& dataset, std::size_t n, const Monitor& monitor) {
-  Image<float> amplitude = std::move(load_images(o.inputs.front(), dataset, {&n, 1}, monitor).front().power);
+std::vector<std::byte> chip_bytes(const Options& o, const Dataset& dataset, std::size_t n,
+                                  const Monitor& monitor) {
+  Image<float> amplitude =
+      std::move(load_images(o.inputs.front(), dataset, {&n, 1}, monitor).front().power);
   take_amplitude(amplitude);
   DatasetView view = dataset.views[n];
   if (view.source.empty()) view.source = view.image;
@@ -39,16 +41,19 @@ std::string write_phoenix_chips(const Options& o, Console& console, const Monito
   const Dataset dataset = read_manifest(o.inputs.front());
   const std::size_t n_views = dataset.views.size();
   if (o.explain) {
-    const std::string plan = "plan\n  chips            " + std::to_string(n_views) + " of " + o.inputs.front().string() +
-                             "\n  pixels           amplitude, " + std::string(name(dataset.calibration)) +
+    const std::string plan = "plan\n  chips            " + std::to_string(n_views) + " of " +
+                             o.inputs.front().string() + "\n  pixels           amplitude, " +
+                             std::string(name(dataset.calibration)) +
                              ", phases 0\n  output           " + o.output.string() + "/\n";
     if (o.dry_run) return plan;
     console.asked_for(plan);
   }
   const std::filesystem::path recipe_path = o.output / "recipe.json";
-  const Json recipe = make_recipe(
-      kProgram, {{"command", name(o.command)}, {"dataset_sha256", dataset_fingerprint(o.inputs.front(), dataset, monitor)}},
-      Json::object());
+  const Json recipe =
+      make_recipe(kProgram,
+                  {{"command", name(o.command)},
+                   {"dataset_sha256", dataset_fingerprint(o.inputs.front(), dataset, monitor)}},
+                  Json::object());
   refuse_input(o.output, o.inputs);
   require_possible(o.output);
   std::error_code ignored;
@@ -80,10 +85,11 @@ std::string write_phoenix_chips(const Options& o, Console& console, const Monito
     monitor.report("chips", n + 1, n_views);
   }
   checksums.finish();
-  console.note(n_written == 0 ? "already done: all " + std::to_string(n_views) + " chips are there, nothing was written"
+  console.note(n_written == 0 ? "already done: all " + std::to_string(n_views) +
+                                    " chips are there, nothing was written"
                               : "finished: " + std::to_string(n_views) + " chips");
-  return o.output.string() + "/\n  " + std::to_string(n_views) + " Phoenix chips, " + chip_name(0) + " to " +
-         chip_name(n_views - 1) + "\n";
+  return o.output.string() + "/\n  " + std::to_string(n_views) + " Phoenix chips, " + chip_name(0) +
+         " to " + chip_name(n_views - 1) + "\n";
 }
 
 }  // namespace sarnerf::app

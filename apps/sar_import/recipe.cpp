@@ -19,17 +19,20 @@ Json or_none(const std::optional<Value>& value) {
 Json request_of(const Options& o) {
   const Selection& s = o.selection;
   Json j{{"command", name(o.command)}};
-  j["choice"] = {{"class", s.class_name.empty() ? "any" : s.class_name},
-                 {"depression_deg", s.depression_deg.empty() ? Json("any") : Json(s.depression_deg)},
-                 {"every_deg", or_none(s.every_deg)},
-                 {"crop", or_none(s.crop)}};
+  j["choice"] = {
+      {"class", s.class_name.empty() ? "any" : s.class_name},
+      {"depression_deg", s.depression_deg.empty() ? Json("any") : Json(s.depression_deg)},
+      {"every_deg", or_none(s.every_deg)},
+      {"crop", or_none(s.crop)}};
   j["slant_range_m"] = o.slant_range_m;
   if (o.command == Command::images) {
     j["images"] = {{"scale", o.scale},
                    {"quantity", name(o.quantity)},
                    {"orientation", name(o.orientation)},
                    {"spacing_m", or_none(o.spacing_m)}};
-    if (!o.table.empty()) j["images"]["table"] = {{"file", o.table.filename().string()}, {"sha256", sha256_of_file(o.table)}};
+    if (!o.table.empty())
+      j["images"]["table"] = {{"file", o.table.filename().string()},
+                              {"sha256", sha256_of_file(o.table)}};
   }
   return valid_text(j);
 }
@@ -46,7 +49,8 @@ Json recipe_of(const Options& o, const std::vector<Source>& chosen, const Monito
   });
   Json files = Json::object();
   for (std::size_t n = 0; n < chosen.size(); ++n)
-    files[std::to_string(n)] = {{"file", chosen[n].file.filename().string()}, {"sha256", digests[n]}};
+    files[std::to_string(n)] = {{"file", chosen[n].file.filename().string()},
+                                {"sha256", digests[n]}};
   return make_recipe(kProgram, request_of(o), {{"files", files}});
 }
 

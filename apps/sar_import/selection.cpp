@@ -36,7 +36,8 @@ std::string names(const std::vector<Source>& sources, Of of) {
   std::set<std::string> all;
   for (const Source& s : sources) all.insert(of(s));
   std::string text;
-  for (const std::string& one : all) text += (text.empty() ? "" : ", ") + (one.empty() ? "(none)" : one);
+  for (const std::string& one : all)
+    text += (text.empty() ? "" : ", ") + (one.empty() ? "(none)" : one);
   return in_one_line(text, 400);
 }
 
@@ -44,39 +45,48 @@ std::string names(const std::vector<Source>& sources, Of of) {
 template <class Keep>
 void keep_if(Choice& choice, const std::string& why, Keep keep) {
   const auto n = std::erase_if(choice.chosen, [&](const Source& s) { return !keep(s); });
-  if (n > 0) choice.left_out.push_back(std::to_string(n) + (n == 1 ? " image: " : " images: ") + why);
+  if (n > 0)
+    choice.left_out.push_back(std::to_string(n) + (n == 1 ? " image: " : " images: ") + why);
 }
 
 void take_class(Choice& choice, const std::string& wanted) {
   if (wanted.empty()) return;
-  const std::string there = names(choice.chosen, [](const Source& s) { return s.chip.view.class_name; });
+  const std::string there =
+      names(choice.chosen, [](const Source& s) { return s.chip.view.class_name; });
   for (Source& s : choice.chosen)
     if (s.chip.view.class_name.empty()) s.chip.view.class_name = wanted;
-  keep_if(choice, "of another class than " + wanted, [&](const Source& s) { return s.chip.view.class_name == wanted; });
-  if (choice.chosen.empty()) throw UsageError("--class " + wanted + ": there is none; the classes are " + there);
+  keep_if(choice, "of another class than " + wanted,
+          [&](const Source& s) { return s.chip.view.class_name == wanted; });
+  if (choice.chosen.empty())
+    throw UsageError("--class " + wanted + ": there is none; the classes are " + there);
 }
 
 void take_depression(Choice& choice, const std::vector<double>& wanted_deg) {
   for (Source& s : choice.chosen) {
     if (s.chip.nominal_depression_deg > 0.0) continue;
     if (wanted_deg.size() != 1)
-      throw UsageError(s.file.string() + ": the depression is not known; give one, such as --depression 17, or a table "
-                                         "with depression_deg");
+      throw UsageError(
+          s.file.string() +
+          ": the depression is not known; give one, such as --depression 17, or a table "
+          "with depression_deg");
     s.chip.nominal_depression_deg = wanted_deg.front();
     s.chip.view.incidence_deg = 90.0 - wanted_deg.front();
   }
   if (wanted_deg.empty()) return;
-  const std::string there = names(choice.chosen, [](const Source& s) { return number(s.chip.nominal_depression_deg); });
+  const std::string there =
+      names(choice.chosen, [](const Source& s) { return number(s.chip.nominal_depression_deg); });
   keep_if(choice, "of another nominal depression", [&](const Source& s) {
-    return std::any_of(wanted_deg.begin(), wanted_deg.end(),
-                       [&](double d) { return std::abs(d - s.chip.nominal_depression_deg) <= kNominal_deg; });
+    return std::any_of(wanted_deg.begin(), wanted_deg.end(), [&](double d) {
+      return std::abs(d - s.chip.nominal_depression_deg) <= kNominal_deg;
+    });
   });
-  if (choice.chosen.empty()) throw UsageError("--depression: there is no such image; the depressions are " + there);
+  if (choice.chosen.empty())
+    throw UsageError("--depression: there is no such image; the depressions are " + there);
 }
 
 /// Marks the images of one set that are nearest to the grid.
-void mark_nearest(const std::vector<Source>& set, std::size_t begin, std::size_t end, double step_deg,
-                  std::vector<char>& taken) {
+void mark_nearest(const std::vector<Source>& set, std::size_t begin, std::size_t end,
+                  double step_deg, std::vector<char>& taken) {
   const auto n_azimuths = static_cast<int>(std::floor(360.0 / step_deg + 1e-9));
   for (int n = 0; n < n_azimuths; ++n) {
     const double azimuth_deg = n * step_deg;
@@ -84,7 +94,8 @@ void mark_nearest(const std::vector<Source>& set, std::size_t begin, std::size_t
     double best_deg = 0.5 * step_deg;
     for (std::size_t s = begin; s < end; ++s) {
       const double distance_deg = apart_deg(set[s].chip.view.azimuth_deg, azimuth_deg);
-      if (taken[s] || distance_deg > best_deg || (best != end && distance_deg == best_deg)) continue;
+      if (taken[s] || distance_deg > best_deg || (best != end && distance_deg == best_deg))
+        continue;
       best = s;
       best_deg = distance_deg;
     }
@@ -104,14 +115,16 @@ void take_every(Choice& choice, double step_deg) {
     if (taken[n]) kept.push_back(all[n]);
   if (kept.size() < all.size())
     choice.left_out.push_back(std::to_string(all.size() - kept.size()) +
-                              " images: not the nearest to an azimuth of every " + number(step_deg) + " deg");
+                              " images: not the nearest to an azimuth of every " +
+                              number(step_deg) + " deg");
   choice.chosen = std::move(kept);
 }
 
 }  // namespace
 
 bool same_set(const Source& a, const Source& b) {
-  return a.chip.view.class_name == b.chip.view.class_name && a.chip.view.serial == b.chip.view.serial &&
+  return a.chip.view.class_name == b.chip.view.class_name &&
+         a.chip.view.serial == b.chip.view.serial &&
          a.chip.nominal_depression_deg == b.chip.nominal_depression_deg;
 }
 
@@ -135,13 +148,16 @@ std::string duplicates_text(const std::vector<Source>& chosen) {
   std::string example;
   for (std::size_t n = 1; n < chosen.size(); ++n) {
     const Source &a = chosen[n - 1], &b = chosen[n];
-    if (!same_set(a, b) || apart_deg(a.chip.view.azimuth_deg, b.chip.view.azimuth_deg) > kSameAzimuth_deg) continue;
+    if (!same_set(a, b) ||
+        apart_deg(a.chip.view.azimuth_deg, b.chip.view.azimuth_deg) > kSameAzimuth_deg)
+      continue;
     if (n_pairs++ == 0)
       example = a.file.filename().string() + " and " + b.file.filename().string() + " at " +
                 number(a.chip.view.azimuth_deg) + " deg";
   }
   if (n_pairs == 0) return "";
-  return std::to_string(n_pairs) + (n_pairs == 1 ? " pair of images has" : " pairs of images have") +
+  return std::to_string(n_pairs) +
+         (n_pairs == 1 ? " pair of images has" : " pairs of images have") +
          " the same azimuth, such as " + example + "; all are kept";
 }
 

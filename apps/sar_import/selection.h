@@ -10,8 +10,8 @@ namespace sarnerf::app {
 
 /// Of many sources those to be imported.
 struct Choice {
-  std::vector<Source> chosen;          ///< by class, serial, depression, azimuth
-  std::vector<std::string> left_out;   ///< how many and why, a line each
+  std::vector<Source> chosen;         ///< by class, serial, depression, azimuth
+  std::vector<std::string> left_out;  ///< how many and why, a line each
 };
 
 /// Applies --class, --depression and --every, and fills in class and depression where the sources have none. With

@@ -51,7 +51,9 @@ std::vector<fs::path> chip_files(const Options& o, Console& console, const Monit
   }
   std::sort(files.begin(), files.end());
   files.erase(std::unique(files.begin(), files.end()), files.end());
-  if (n_others > 0) console.note("passed over, of another kind: " + std::to_string(n_others) + (n_others == 1 ? " file" : " files"));
+  if (n_others > 0)
+    console.note("passed over, of another kind: " + std::to_string(n_others) +
+                 (n_others == 1 ? " file" : " files"));
   return files;
 }
 
@@ -93,16 +95,19 @@ Source source_of(const Options& o, const IndexedImage& indexed) {
   chip.nominal_depression_deg = indexed.depression_deg.value_or(0.0);
   chip.range_is_assumed = !indexed.slant_range_m;
   DatasetView& view = chip.view;
-  view.azimuth_deg = std::fmod(indexed.azimuth_deg, 360.0);
-  if (view.azimuth_deg < 0.0) view.azimuth_deg += 360.0;
+  view.azimuth_deg = within_circle_deg(indexed.azimuth_deg);
   view.incidence_deg = 90.0 - chip.nominal_depression_deg;
   view.slant_range_m = indexed.slant_range_m.value_or(o.slant_range_m);
-  const auto spacing = [&](const std::optional<double>& known, double given) { return known.value_or(given); };
-  view.azimuth_spacing_m = spacing(indexed.azimuth_spacing_m, o.spacing_m ? o.spacing_m->first : 0.0);
+  const auto spacing = [&](const std::optional<double>& known, double given) {
+    return known.value_or(given);
+  };
+  view.azimuth_spacing_m =
+      spacing(indexed.azimuth_spacing_m, o.spacing_m ? o.spacing_m->first : 0.0);
   view.range_spacing_m = spacing(indexed.range_spacing_m, o.spacing_m ? o.spacing_m->second : 0.0);
   if (view.azimuth_spacing_m == 0.0 || view.range_spacing_m == 0.0)
-    throw UsageError(indexed.file.string() + ": the pixel spacing is not known; give --spacing, such as 0.203,0.202, or "
-                                             "a table with azimuth_spacing_m and range_spacing_m");
+    throw UsageError(indexed.file.string() +
+                     ": the pixel spacing is not known; give --spacing, such as 0.203,0.202, or "
+                     "a table with azimuth_spacing_m and range_spacing_m");
   view.class_name = indexed.class_name;
   view.serial = indexed.serial;
   view.source = indexed.file.filename().string();
@@ -114,8 +119,9 @@ std::vector<Source> picture_sources(const Options& o, Console& console) {
   const auto pictures = image_files(folder);
   const auto indexed = o.table.empty() ? index_by_names(folder) : read_image_index(o.table, folder);
   if (!o.table.empty() && indexed.size() < pictures.size())
-    console.note(std::to_string(pictures.size() - indexed.size()) + " of " + std::to_string(pictures.size()) +
-                 " images in " + folder.string() + " are not in the table: passed over");
+    console.note(std::to_string(pictures.size() - indexed.size()) + " of " +
+                 std::to_string(pictures.size()) + " images in " + folder.string() +
+                 " are not in the table: passed over");
   std::vector<Source> sources;
   for (const IndexedImage& image : indexed) sources.push_back(source_of(o, image));
   return sources;
@@ -124,12 +130,15 @@ std::vector<Source> picture_sources(const Options& o, Console& console) {
 Chip load_picture(const Options& o, const Source& source) {
   Chip chip = source.chip;
   chip.image = read_image(source.file);
-  if (o.orientation == Orientation::chip) chip.image = to_radar_axes(chip.image, {Axis::minus_j, Axis::minus_i});
+  if (o.orientation == Orientation::chip)
+    chip.image = to_radar_axes(chip.image, {Axis::minus_j, Axis::minus_i});
   for (float& value : chip.image.pixels()) {
     value = static_cast<float>(value * o.scale);
     if (!(value >= 0.0f) || !std::isfinite(value))
-      throw InputError(source.file.string() + ": a pixel is negative or beyond float32; amplitudes and powers are not, and "
-                                              "decibels are neither");
+      throw InputError(
+          source.file.string() +
+          ": a pixel is negative or beyond float32; amplitudes and powers are not, and "
+          "decibels are neither");
   }
   chip.view.n_azimuth = chip.image.n_azimuth();
   chip.view.n_range = chip.image.n_range();
@@ -139,7 +148,8 @@ Chip load_picture(const Options& o, const Source& source) {
 }  // namespace
 
 std::vector<Source> find_sources(const Options& o, Console& console, const Monitor& monitor) {
-  auto sources = o.command == Command::images ? picture_sources(o, console) : chip_sources(o, console, monitor);
+  auto sources = o.command == Command::images ? picture_sources(o, console)
+                                              : chip_sources(o, console, monitor);
   if (sources.empty())
     throw InputError(o.inputs.front().string() + ": expected " +
                      (o.command == Command::images   ? "images"
@@ -156,7 +166,8 @@ void read_sizes(const Options& o, std::vector<Source>& sources, const Monitor& m
     try {
       validate(acquisition_of(chip.view, glm::dvec3(0.0)));
     } catch (const GeometryError& e) {
-      throw InputError(sources[n].file.string() + ": no radar image can be of this geometry: " + e.what());
+      throw InputError(sources[n].file.string() +
+                       ": no radar image can be of this geometry: " + e.what());
     }
   });
 }
@@ -169,7 +180,8 @@ Chip load(const Options& o, const Source& source) {
   view.n_range = chip.view.n_range;
   chip.view = view;
   if (!o.selection.crop) return chip;
-  return cropped(std::move(chip), o.selection.crop->first, o.selection.crop->second, source.file.string());
+  return cropped(std::move(chip), o.selection.crop->first, o.selection.crop->second,
+                 source.file.string());
 }
 
 }  // namespace sarnerf::app

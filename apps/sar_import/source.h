@@ -14,7 +14,8 @@ namespace sarnerf::app {
 /// An image that could be imported.
 struct Source {
   std::filesystem::path file;
-  Chip chip;          ///< without its pixels; pictures have no size yet, nor a depression (0) where none is known
+  Chip
+      chip;  ///< without its pixels; pictures have no size yet, nor a depression (0) where none is known
   std::string split;  ///< of a table; empty: none
 };
 

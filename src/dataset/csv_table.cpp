@@ -44,14 +44,16 @@ Rows parse(std::string_view text, const std::string& where) {
   csv_parser parser;
   if (csv_init(&parser, CSV_STRICT | CSV_STRICT_FINI) != 0) throw std::bad_alloc();
   Collector collector;
-  const bool whole = csv_parse(&parser, text.data(), text.size(), take_field, end_row, &collector) == text.size() &&
+  const bool whole = csv_parse(&parser, text.data(), text.size(), take_field, end_row,
+                               &collector) == text.size() &&
                      csv_fini(&parser, take_field, end_row, &collector) == 0;
   const bool out_of_memory = collector.out_of_memory || csv_error(&parser) == CSV_ENOMEM;
   csv_free(&parser);
   if (out_of_memory) throw std::bad_alloc();
   if (!whole)
     throw InputError(where + ": row " + std::to_string(collector.rows.size() - 1) +
-                     ": a quote does not close, or stands inside of an unquoted field; quotes in fields are doubled");
+                     ": a quote does not close, or stands inside of an unquoted field; quotes in "
+                     "fields are doubled");
   if (collector.rows.back().empty()) collector.rows.pop_back();
   return std::move(collector.rows);
 }
@@ -64,12 +66,13 @@ CsvTable::CsvTable(std::string_view text, std::string where) : where_(std::move(
   names_ = std::move(rows_.front());
   rows_.erase(rows_.begin());
   for (std::size_t n = 0; n < names_.size(); ++n)
-    if (!names_[n].empty() && std::find(names_.begin(), names_.begin() + n, names_[n]) != names_.begin() + n)
+    if (!names_[n].empty() &&
+        std::find(names_.begin(), names_.begin() + n, names_[n]) != names_.begin() + n)
       fail("the column " + in_quotes(names_[n]) + " stands twice");
   for (std::size_t row = 0; row < rows_.size(); ++row)
     if (rows_[row].size() != names_.size())
-      fail(row, "expected " + std::to_string(names_.size()) + " fields, one for each column, found " +
-                    std::to_string(rows_[row].size()));
+      fail(row, "expected " + std::to_string(names_.size()) +
+                    " fields, one for each column, found " + std::to_string(rows_[row].size()));
 }
 
 std::optional<std::size_t> CsvTable::place(std::string_view column) const {

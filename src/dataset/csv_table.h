@@ -8,7 +8,8 @@
 
 namespace sarnerf {
 
-/// A table with named columns. Every complaint is an InputError "where: row N: …", rows counted from 1 behind the names.
+/// A table with named columns. Every complaint is an InputError "where: row N: …", rows counted from 1 behind the
+/// names.
 class CsvTable {
  public:
   /// Throws InputError for quotes that do not close and rows that have more or fewer fields than there are names.

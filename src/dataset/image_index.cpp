@@ -30,24 +30,31 @@ std::string list_text(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t n = 0; n < std::min(kMostNamed, names.size()); ++n)
     text += (n > 0 ? ", " : "") + in_one_line(names[n], 80);
-  if (names.size() > kMostNamed) text += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  if (names.size() > kMostNamed)
+    text += " and " + std::to_string(names.size() - kMostNamed) + " more";
   return text;
 }
 
 std::optional<double> depression_deg(const CsvTable& table, std::size_t row) {
-  const auto depression = table.number(row, "depression_deg"), incidence = table.number(row, "incidence_deg");
+  const auto depression = table.number(row, "depression_deg"),
+             incidence = table.number(row, "incidence_deg");
   if (depression && incidence && std::abs(*depression + *incidence - 90.0) > kAngleTolerance_deg)
     table.fail(row, "depression_deg " + table.text(row, "depression_deg") + " and incidence_deg " +
-                        table.text(row, "incidence_deg") + " contradict each other: they must add up to 90");
-  const auto angle = depression ? depression : incidence ? std::optional(90.0 - *incidence) : std::nullopt;
+                        table.text(row, "incidence_deg") +
+                        " contradict each other: they must add up to 90");
+  const auto angle = depression  ? depression
+                     : incidence ? std::optional(90.0 - *incidence)
+                                 : std::nullopt;
   if (angle && !is_depression(*angle))
-    table.fail(row, "expected a depression between 0 and 90 degrees, both excluded, found " + std::to_string(*angle));
+    table.fail(row, "expected a depression between 0 and 90 degrees, both excluded, found " +
+                        std::to_string(*angle));
   return angle;
 }
 
 std::optional<double> positive(const CsvTable& table, std::size_t row, const char* column) {
   const auto value = table.number(row, column);
-  if (value && !(*value > 0.0)) table.fail(row, std::string(column) + ": expected a number above 0");
+  if (value && !(*value > 0.0))
+    table.fail(row, std::string(column) + ": expected a number above 0");
   return value;
 }
 
@@ -67,7 +74,8 @@ IndexedImage image_of_row(const CsvTable& table, std::size_t row) {
 }
 
 bool lies_in(const fs::path& file, const fs::path& folder) {
-  const fs::path relative = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
+  const fs::path relative =
+      fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
   return !relative.empty() && *relative.begin() != "..";
 }
 
@@ -88,7 +96,8 @@ std::vector<IndexedImage> read_image_index(const fs::path& path, const fs::path&
   std::set<fs::path> seen;
   for (std::size_t row = 0; row < table.n_rows(); ++row) {
     const std::string& name = table.text(row, "file");
-    if (name.empty() || has_control_characters(name)) table.fail(row, "file: expected the name of an image");
+    if (name.empty() || has_control_characters(name))
+      table.fail(row, "file: expected the name of an image");
     std::error_code ignored;
     fs::path file = path.parent_path() / name;
     if (!fs::is_regular_file(file, ignored)) file = folder / name;
@@ -105,7 +114,8 @@ std::vector<IndexedImage> read_image_index(const fs::path& path, const fs::path&
   }
   if (!unknown.empty())
     table.fail(std::to_string(unknown.size()) + " of " + std::to_string(table.n_rows()) +
-               " files exist neither beside the table nor in " + folder.string() + ": " + list_text(unknown));
+               " files exist neither beside the table nor in " + folder.string() + ": " +
+               list_text(unknown));
   return images;
 }
 
@@ -117,9 +127,11 @@ std::vector<fs::path> image_files(const fs::path& folder) {
   if (code) throw InputError(folder.string() + ": expected a folder of images: " + code.message());
   for (auto at = fs::begin(walk); at != fs::end(walk); at.increment(code)) {
     const fs::directory_entry& entry = *at;
-    if (entry.is_directory(code) && fs::exists(entry.path() / kManifestName, code)) at.disable_recursion_pending();
+    if (entry.is_directory(code) && fs::exists(entry.path() / kManifestName, code))
+      at.disable_recursion_pending();
     const std::string ending = lower(entry.path().extension().string());
-    if (entry.is_regular_file(code) && std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end())
+    if (entry.is_regular_file(code) &&
+        std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end())
       files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
@@ -145,8 +157,10 @@ std::vector<IndexedImage> index_by_names(const fs::path& folder) {
     images.push_back(std::move(image));
   }
   if (!unreadable.empty())
-    throw InputError(folder.string() + ": no azimuth in the names of " + std::to_string(unreadable.size()) +
-                     (unreadable.size() == 1 ? " image" : " images") + ", expected such as 50.2248_HB15087.tif, or a table (--csv): " + list_text(unreadable));
+    throw InputError(
+        folder.string() + ": no azimuth in the names of " + std::to_string(unreadable.size()) +
+        (unreadable.size() == 1 ? " image" : " images") +
+        ", expected such as 50.2248_HB15087.tif, or a table (--csv): " + list_text(unreadable));
   return images;
 }
 

@@ -14,7 +14,9 @@
 namespace sarnerf {
 namespace {
 
-[[noreturn]] void fail(const std::string& where, const std::string& what) { throw InputError(where + ": " + what); }
+[[noreturn]] void fail(const std::string& where, const std::string& what) {
+  throw InputError(where + ": " + what);
+}
 
 struct FreeVariable {
   void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
@@ -32,8 +34,10 @@ struct MatFile::State {
   /// With its data, after looking at its shape.
   Variable read(const char* name, bool (*is_right)(const matvar_t&), const char* expected) const {
     const Variable shape(Mat_VarReadInfo(file, name));
-    if (!shape) fail(where, std::string("the file has no variable ") + name + ", expected one of SAMPLE's");
-    if (shape->rank != 2 || !is_right(*shape)) fail(place(name), std::string("expected ") + expected);
+    if (!shape)
+      fail(where, std::string("the file has no variable ") + name + ", expected one of SAMPLE's");
+    if (shape->rank != 2 || !is_right(*shape))
+      fail(place(name), std::string("expected ") + expected);
     Variable whole(Mat_VarRead(file, name));
     if (!whole || whole->data == nullptr || whole->rank != 2 || !is_right(*whole))
       fail(place(name), "the variable's data is damaged");
@@ -79,7 +83,8 @@ std::string MatFile::text(const char* name) const {
 
 Image<float> MatFile::magnitudes(const char* name) const {
   const auto is_matrix = [](const matvar_t& v) {
-    return (v.class_type == MAT_C_DOUBLE || v.class_type == MAT_C_SINGLE) && v.dims[0] >= 1 && v.dims[1] >= 1;
+    return (v.class_type == MAT_C_DOUBLE || v.class_type == MAT_C_SINGLE) && v.dims[0] >= 1 &&
+           v.dims[1] >= 1;
   };
   const Variable variable = state_->read(name, is_matrix, "a matrix of complex numbers");
   const bool is_double = variable->class_type == MAT_C_DOUBLE;
@@ -91,11 +96,13 @@ Image<float> MatFile::magnitudes(const char* name) const {
     const auto* const parts = static_cast<const mat_complex_split_t*>(variable->data);
     real = parts->Re;
     imaginary = parts->Im;
-    if (real == nullptr || imaginary == nullptr) fail(state_->place(name), "the variable's data is damaged");
+    if (real == nullptr || imaginary == nullptr)
+      fail(state_->place(name), "the variable's data is damaged");
   }
   const auto value = [&](const void* part, std::size_t n) {
     if (part == nullptr) return 0.0;
-    return is_double ? static_cast<const double*>(part)[n] : double{static_cast<const float*>(part)[n]};
+    return is_double ? static_cast<const double*>(part)[n]
+                     : double{static_cast<const float*>(part)[n]};
   };
   Image<float> image(static_cast<int>(variable->dims[1]), static_cast<int>(variable->dims[0]));
   for (std::size_t n = 0; n < n_pixels; ++n) {

@@ -32,11 +32,13 @@ bool begins_as_phoenix(std::string_view text) {
 }
 
 PhoenixHeader::PhoenixHeader(std::string_view file, std::string where) : where_(std::move(where)) {
-  if (!begins_as_phoenix(file)) fail("expected a Phoenix file, which begins with " + std::string(kBegin) + "…]");
+  if (!begins_as_phoenix(file))
+    fail("expected a Phoenix file, which begins with " + std::string(kBegin) + "…]");
   const std::string_view head = file.substr(0, kMostBytes);
   const std::size_t end = head.find(kEnd);
   if (end == std::string_view::npos)
-    fail("the header has no end, expected " + std::string(kEnd) + "; the file is cut off or damaged");
+    fail("the header has no end, expected " + std::string(kEnd) +
+         "; the file is cut off or damaged");
   size_ = end + kEnd.size();
   if (size_ < file.size() && file[size_] == '\n') ++size_;
 
@@ -72,10 +74,12 @@ double PhoenixHeader::positive_number(std::string_view name) const {
   return *value;
 }
 
-std::size_t PhoenixHeader::whole_number(std::string_view name, std::size_t least, std::size_t most) const {
+std::size_t PhoenixHeader::whole_number(std::string_view name, std::size_t least,
+                                        std::size_t most) const {
   const auto value = number(name);
   if (!value) fail("the header has no " + std::string(name));
-  if (*value != std::floor(*value) || *value < static_cast<double>(least) || *value > static_cast<double>(most))
+  if (*value != std::floor(*value) || *value < static_cast<double>(least) ||
+      *value > static_cast<double>(most))
     fail(std::string(name) + ": expected a whole number from " + std::to_string(least) + " to " +
          std::to_string(most) + ", found " + text(name));
   return static_cast<std::size_t>(*value);

@@ -40,7 +40,8 @@ std::string header_text(const PhoenixChip& chip, std::size_t header_bytes) {
   const Image<float>& image = chip.magnitude;
   std::string h = "\n[PhoenixHeaderVer01.04]\n";
   append(h, "PhoenixHeaderLength", fixed_width(header_bytes));
-  append(h, "PhoenixSigSize", fixed_width(header_bytes + 2 * sizeof(float) * image.pixels().size()));
+  append(h, "PhoenixSigSize",
+         fixed_width(header_bytes + 2 * sizeof(float) * image.pixels().size()));
   append(h, "PhoenixSigNum", std::string("0001"));
   append(h, "native_header_length", 0.0);
   append(h, "Filename", chip.file_name);
@@ -62,7 +63,8 @@ std::string header_text(const PhoenixChip& chip, std::size_t header_bytes) {
 void append_big_endian(std::vector<std::byte>& bytes, const Image<float>& image) {
   for (const float value : image.pixels()) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
-    for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<std::byte>(bits >> shift));
+    for (int shift = 24; shift >= 0; shift -= 8)
+      bytes.push_back(static_cast<std::byte>(bits >> shift));
   }
 }
 

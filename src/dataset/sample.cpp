@@ -30,7 +30,8 @@ Chip read_sample(const std::filesystem::path& path, double assumed_range_m) {
   chip.target_azimuth_deg = file.number("azimuth");
   chip.measured_depression_deg = file.number("elevation");
   if (!is_depression(*chip.measured_depression_deg))
-    throw InputError(path.string() + ": elevation: expected degrees between 0 and 90, both excluded");
+    throw InputError(path.string() +
+                     ": elevation: expected degrees between 0 and 90, both excluded");
   chip.range_spacing_m = positive(file, "range_pixel_spacing", path);
   chip.cross_range_spacing_m = positive(file, "xrange_pixel_spacing", path);
   chip.target_type = file.text("target_name");

@@ -42,7 +42,9 @@ class ChipFolder : public ScratchFolder {
     files.add(*this / name, bytes);
     files.commit();
   }
-  void write(const std::string& name, const sarnerf::PhoenixChip& chip) const { write(name, encode_phoenix(chip)); }
+  void write(const std::string& name, const sarnerf::PhoenixChip& chip) const {
+    write(name, encode_phoenix(chip));
+  }
   void write_picture(const std::string& name, float value = 0.5f) const {
     write(name, sarnerf::encode_tiff(sarnerf::Image<float>(12, 10, value)));
   }
@@ -52,7 +54,8 @@ class ChipFolder : public ScratchFolder {
     std::map<std::string, std::string> files;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(path() / below)) {
       const std::string name = entry.path().lexically_relative(path() / below).string();
-      if (entry.is_regular_file() && !name.ends_with(".report.json")) files[name] = read_text(entry.path());
+      if (entry.is_regular_file() && !name.ends_with(".report.json"))
+        files[name] = read_text(entry.path());
     }
     return files;
   }

@@ -10,7 +10,8 @@ namespace {
 
 /// Chips at whole degrees from 0.
 void write_chips(const ChipFolder& folder, int count) {
-  for (int n = 0; n < count; ++n) folder.write("chips/hb." + std::to_string(n), ChipFolder::chip(n));
+  for (int n = 0; n < count; ++n)
+    folder.write("chips/hb." + std::to_string(n), ChipFolder::chip(n));
 }
 
 std::size_t n_images(const std::filesystem::path& folder) {
@@ -23,7 +24,8 @@ std::size_t n_images(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST_CASE("an import is a dataset folder as sar_render's are, with a summary on stdout", "[import]") {
+TEST_CASE("an import is a dataset folder as sar_render's are, with a summary on stdout",
+          "[import]") {
   const ChipFolder folder;
   write_chips(folder, 3);
   const Outcome outcome = folder.run({"mstar", "chips", "-o", "out"});
@@ -31,11 +33,13 @@ TEST_CASE("an import is a dataset folder as sar_render's are, with a summary on 
   REQUIRE(outcome.code == 0);
   CHECK(outcome.out.starts_with("out/dataset.json\n"));
   CHECK(outcome.out.find("truck 1") != std::string::npos);
-  CHECK(outcome.out.find("3 images, depression 17 deg (measured 17.10), azimuth 0.00 to 2.00 deg, widest gap 358.00 deg "
+  CHECK(outcome.out.find("3 images, depression 17 deg (measured 17.10), azimuth 0.00 to 2.00 deg, "
+                         "widest gap 358.00 deg "
                          "after 2.00") != std::string::npos);
   const auto files = folder.contents("out");
   CHECK(files.size() == 3 + 2 * 3);
-  for (const char* name : {"dataset.json", "recipe.json", "SHA256SUMS", "images/view_002.tif", "png/view_000.png"})
+  for (const char* name :
+       {"dataset.json", "recipe.json", "SHA256SUMS", "images/view_002.tif", "png/view_000.png"})
     CHECK(files.count(name) == 1);
   CHECK(std::filesystem::exists(folder / "out/dataset.report.json"));
   const Dataset d = read_manifest(folder / "out");
@@ -57,7 +61,8 @@ TEST_CASE("sar_import has help for itself and for each command", "[import]") {
   CHECK(folder.run({"--version"}).out.starts_with("sar_import "));
 }
 
-TEST_CASE("the same import again is done already, damage is mended, another one refused", "[import]") {
+TEST_CASE("the same import again is done already, damage is mended, another one refused",
+          "[import]") {
   const ChipFolder folder;
   write_chips(folder, 4);
   REQUIRE(folder.run({"mstar", "chips", "-o", "out"}).code == 0);
@@ -106,7 +111,8 @@ TEST_CASE("a plan writes nothing", "[import]") {
 TEST_CASE("a full disk is exit code 1, and the next run continues", "[import]") {
   const ChipFolder folder;
   write_chips(folder, 2);
-  const Outcome full = sar_import({"mstar", "chips", "-o", "out"}, {folder.path(), 300, {}, {}, {}});
+  const Outcome full =
+      sar_import({"mstar", "chips", "-o", "out"}, {folder.path(), 300, {}, {}, {}});
   INFO(full.err);
   CHECK(full.code == 1);
   const Outcome after = folder.run({"mstar", "chips", "-o", "out", "--overwrite"});
@@ -114,14 +120,15 @@ TEST_CASE("a full disk is exit code 1, and the next run continues", "[import]") 
   CHECK(after.code == 0);
 }
 
-TEST_CASE("interrupted imports leave what is finished, and continue to the same bytes", "[import]") {
+TEST_CASE("interrupted imports leave what is finished, and continue to the same bytes",
+          "[import]") {
   const ChipFolder folder;
   write_chips(folder, 500);
   for (const int signal : {SIGINT, SIGTERM}) {
     const std::string name = "s" + std::to_string(signal);
-    const Outcome outcome =
-        sar_import({"mstar", "chips", "-o", name, "--threads", "1"},
-                   {folder.path(), 0, {}, [&] { return n_images(folder / name) >= 1 ? signal : 0; }, {}});
+    const Outcome outcome = sar_import(
+        {"mstar", "chips", "-o", name, "--threads", "1"},
+        {folder.path(), 0, {}, [&] { return n_images(folder / name) >= 1 ? signal : 0; }, {}});
     INFO(outcome.err);
     REQUIRE(outcome.code == 130);
     const std::size_t n = n_images(folder / name);
@@ -145,10 +152,12 @@ TEST_CASE("chips of a dataset of chips are the chips", "[import]") {
   const Outcome back = folder.run({"phoenix", "out", "-o", "back"});
   INFO(back.err);
   REQUIRE(back.code == 0);
-  CHECK(back.out.find("3 Phoenix chips, chip_000.phoenix to chip_002.phoenix") != std::string::npos);
+  CHECK(back.out.find("3 Phoenix chips, chip_000.phoenix to chip_002.phoenix") !=
+        std::string::npos);
   for (int n = 0; n < 3; ++n) {
     const PhoenixChip before = read_phoenix(folder / ("chips/hb." + std::to_string(n)));
-    const PhoenixChip after = read_phoenix(folder / ("back/chip_00" + std::to_string(n) + ".phoenix"));
+    const PhoenixChip after =
+        read_phoenix(folder / ("back/chip_00" + std::to_string(n) + ".phoenix"));
     CHECK(std::equal(before.magnitude.pixels().begin(), before.magnitude.pixels().end(),
                      after.magnitude.pixels().begin()));
     CHECK(after.target_azimuth_deg == before.target_azimuth_deg);

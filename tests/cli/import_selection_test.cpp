@@ -42,7 +42,8 @@ TEST_CASE("the chips nearest to a grid of azimuths are taken, each once", "[impo
   CHECK(azimuths_deg(both) == std::vector<double>{10.5, 29.0, 180.0, 359.0, 12.0});
   CHECK(both.views[0].depression_deg() == Approx(17.1));
   CHECK(both.views[4].depression_deg() == Approx(30.1));
-  CHECK(azimuths_deg(imported(folder, {"mstar", "chips", "--depression", "30"})) == std::vector<double>{12.0, 14.0});
+  CHECK(azimuths_deg(imported(folder, {"mstar", "chips", "--depression", "30"})) ==
+        std::vector<double>{12.0, 14.0});
   CHECK(imported(folder, {"mstar", "chips", "--depression", "17,30"}).views.size() == 10);
 }
 
@@ -69,8 +70,8 @@ TEST_CASE("equal azimuths are warned of, by name, and kept", "[import]") {
   folder.write("d.000", ChipFolder::chip(10.0, 30.0));
   const Outcome outcome = folder.run({"mstar", ".", "-o", "out"});
   CHECK(outcome.code == 0);
-  CHECK(outcome.err.find("warning: 1 pair of images has the same azimuth, such as a.000 and b.000 at 10 deg; all are kept") !=
-        std::string::npos);
+  CHECK(outcome.err.find("warning: 1 pair of images has the same azimuth, such as a.000 and b.000 "
+                         "at 10 deg; all are kept") != std::string::npos);
   CHECK(read_manifest(folder / "out").views.size() == 4);
 }
 
@@ -82,11 +83,13 @@ TEST_CASE("pictures get what the table and the options know", "[import]") {
   folder.write("p/b.tif", encode_tiff(counted));
   folder.write("p/unknown.tif", encode_tiff(counted));
   write_text(folder / "t.csv",
-             "file,azimuth_deg,depression_deg,slant_range_m,azimuth_spacing_m,range_spacing_m,class,serial,split\n"
+             "file,azimuth_deg,depression_deg,slant_range_m,azimuth_spacing_m,range_spacing_m,"
+             "class,serial,split\n"
              "p/a.tif,-10,17,4475,0.203,0.202,2S1,b01,train\n"
              "p/b.tif,20,15,,,,,,test\n");
-  Dataset d = imported(folder, {"images", "p", "--csv", "t.csv", "--spacing", "0.5,0.4", "--amplitude-scale", "4/8",
-                                "--class", "2S1", "--slant-range", "6000"});
+  Dataset d =
+      imported(folder, {"images", "p", "--csv", "t.csv", "--spacing", "0.5,0.4",
+                        "--amplitude-scale", "4/8", "--class", "2S1", "--slant-range", "6000"});
   REQUIRE(d.views.size() == 2);
   CHECK(d.quantity == Quantity::amplitude);
   CHECK(d.calibration == Calibration::uncalibrated);
@@ -104,7 +107,8 @@ TEST_CASE("pictures get what the table and the options know", "[import]") {
   CHECK(b.range_spacing_m == 0.4);
   CHECK(d.splits.at("train") == std::vector{a.image});
   CHECK(d.splits.at("test") == std::vector{b.image});
-  CHECK(d.provenance_json.find(R"("slant_range_m":{"value":6000.0,"views":1})") != std::string::npos);
+  CHECK(d.provenance_json.find(R"("slant_range_m":{"value":6000.0,"views":1})") !=
+        std::string::npos);
   CHECK(d.provenance_json.find(R"("depression_is_nominal":{"views":2})") != std::string::npos);
   // File (3 rows, 2 columns) 0 1 / 2 3 / 4 5, far range on top: the last column is azimuth row 0, its end near range.
   const Image<float> image = read_image(folder / "out" / a.image);
@@ -114,7 +118,8 @@ TEST_CASE("pictures get what the table and the options know", "[import]") {
   CHECK(image(0, 2) == 0.5f);
   CHECK(image(1, 0) == 2.0f);
 
-  d = imported(folder, {"images", "p", "--csv", "t.csv", "--spacing", "0.5", "--orientation", "radar", "--quantity", "power"});
+  d = imported(folder, {"images", "p", "--csv", "t.csv", "--spacing", "0.5", "--orientation",
+                        "radar", "--quantity", "power"});
   CHECK(d.quantity == Quantity::power);
   CHECK(read_image(folder / "out" / d.views[0].image).n_azimuth() == 3);
   CHECK(read_image(folder / "out" / d.views[0].image)(2, 1) == 5.0f);
@@ -124,7 +129,8 @@ TEST_CASE("names carry the azimuth when there is no table", "[import]") {
   const ChipFolder folder;
   folder.write_picture("p/50.2248_HB15087.tif");
   folder.write_picture("p/0.5_HB15000.tif");
-  const Dataset d = imported(folder, {"images", "p", "--depression", "17", "--spacing", "0.203,0.202", "--class", "2S1"});
+  const Dataset d = imported(
+      folder, {"images", "p", "--depression", "17", "--spacing", "0.203,0.202", "--class", "2S1"});
   CHECK(azimuths_deg(d) == std::vector<double>{0.5, 50.2248});
   CHECK(d.views[1].depression_deg() == 17.0);
   CHECK(d.views[1].class_name == "2S1");
@@ -134,7 +140,8 @@ TEST_CASE("names carry the azimuth when there is no table", "[import]") {
 TEST_CASE("a crop is the middle of each image", "[import]") {
   const ChipFolder folder;
   folder.write("a.000", ChipFolder::chip(10));
-  const Image<float> whole = read_image(folder / "out" / imported(folder, {"mstar", "a.000"}).views[0].image);
+  const Image<float> whole =
+      read_image(folder / "out" / imported(folder, {"mstar", "a.000"}).views[0].image);
   const Dataset d = imported(folder, {"mstar", "a.000", "--crop", "4x8"});
   CHECK(d.views[0].n_azimuth == 4);
   CHECK(d.views[0].n_range == 8);

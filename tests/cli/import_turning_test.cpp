@@ -27,15 +27,19 @@ double correlation(const Image<float>& a, const Image<float>& b) {
 
 }  // namespace
 
-TEST_CASE("simulated views become Phoenix chips and come back, and still turn the right way", "[import]") {
+TEST_CASE("simulated views become Phoenix chips and come back, and still turn the right way",
+          "[import]") {
   const SceneFolder folder;
   // A flat L on the ground: nearly all of it lies in the plane that views are turned about.
-  write_text(folder / "l.obj",
-             "v -3 0 -3\nv 3 0 -3\nv 3 0 -1.5\nv -1.5 0 -1.5\nv -1.5 0 3\nv -3 0 3\n"
-             "v -3 0.05 -3\nv 3 0.05 -3\nv 3 0.05 -1.5\nv -1.5 0.05 -1.5\nv -1.5 0.05 3\nv -3 0.05 3\n"
-             "f 1 2 3 4 5 6\nf 12 11 10 9 8 7\nf 1 7 8 2\nf 2 8 9 3\nf 3 9 10 4\nf 4 10 11 5\nf 5 11 12 6\nf 6 12 7 1\n");
-  const Outcome render = folder.run({"l.obj", "--depression", "30", "--azimuth", "30,50,70", "--quantity", "amplitude",
-                                     "--size", "60x60", "--spacing", "0.2", "--slant-range", "4500", "-o", "views"});
+  write_text(
+      folder / "l.obj",
+      "v -3 0 -3\nv 3 0 -3\nv 3 0 -1.5\nv -1.5 0 -1.5\nv -1.5 0 3\nv -3 0 3\n"
+      "v -3 0.05 -3\nv 3 0.05 -3\nv 3 0.05 -1.5\nv -1.5 0.05 -1.5\nv -1.5 0.05 3\nv -3 0.05 3\n"
+      "f 1 2 3 4 5 6\nf 12 11 10 9 8 7\nf 1 7 8 2\nf 2 8 9 3\nf 3 9 10 4\nf 4 10 11 5\nf 5 11 12 "
+      "6\nf 6 12 7 1\n");
+  const Outcome render =
+      folder.run({"l.obj", "--depression", "30", "--azimuth", "30,50,70", "--quantity", "amplitude",
+                  "--size", "60x60", "--spacing", "0.2", "--slant-range", "4500", "-o", "views"});
   INFO(render.err);
   REQUIRE(render.code == 0);
   const Conditions here{folder.path(), 0, {}, {}, {}};
@@ -51,7 +55,8 @@ TEST_CASE("simulated views become Phoenix chips and come back, and still turn th
     CHECK(after.views[n].incidence_deg == before.views[n].incidence_deg);
     CHECK(after.views[n].slant_range_m == before.views[n].slant_range_m);
     CHECK(after.views[n].azimuth_spacing_m == before.views[n].azimuth_spacing_m);
-    CHECK(read_text(folder / "back" / after.views[n].image) == read_text(folder / "views" / before.views[n].image));
+    CHECK(read_text(folder / "back" / after.views[n].image) ==
+          read_text(folder / "views" / before.views[n].image));
   }
 
   const auto images = load_images(folder / "back", after, std::vector<std::size_t>{0, 1, 2});

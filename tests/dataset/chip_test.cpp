@@ -75,6 +75,12 @@ TEST_CASE("measured angles and ranges go before desired ones, and those before w
   chip = chip_of(phoenix, 9999.0);
   CHECK(chip.nominal_depression_deg == 17.0);
   CHECK(chip.view.azimuth_deg == 350.0);
+
+  phoenix.measured_depression_deg = 0.25;
+  phoenix.target_azimuth_deg = -1e-30;
+  chip = chip_of(phoenix, 9999.0);
+  CHECK(chip.nominal_depression_deg == 0.25);
+  CHECK(chip.view.azimuth_deg == 0.0);
 }
 
 TEST_CASE("points of a drawn chip lie where the project's geometry sees them") {
@@ -95,7 +101,8 @@ TEST_CASE("points of a drawn chip lie where the project's geometry sees them") {
 }
 
 TEST_CASE("turning one chip onto another works in the sense of growing azimuth only") {
-  const Chip from = chip_of(drawn_chip(kTarget, 40.0), 1e6), to = chip_of(drawn_chip(kTarget, 55.0), 1e6);
+  const Chip from = chip_of(drawn_chip(kTarget, 40.0), 1e6),
+             to = chip_of(drawn_chip(kTarget, 55.0), 1e6);
   const auto turned = [&](double by_deg) {
     Acquisition wanted = posed(from).acquisition;
     wanted.azimuth_rad += rad_from_deg(by_deg);
@@ -136,6 +143,7 @@ TEST_CASE("a crop keeps the middle") {
   CHECK(middle.image(19, 30) == whole.image(29, 38));
   CHECK(middle.view.slant_range_m == whole.view.slant_range_m);
   CHECK_THROWS_WITH(cropped(whole, 41, 48, "chip"),
-                    "chip: 40 x 48 pixels (azimuth x range) cannot be cropped to 41 x 48; choose a smaller crop or leave "
+                    "chip: 40 x 48 pixels (azimuth x range) cannot be cropped to 41 x 48; choose a "
+                    "smaller crop or leave "
                     "this image out");
 }

@@ -18,7 +18,9 @@ std::string text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-PhoenixChip parse(const std::string& text) { return parse_phoenix(std::as_bytes(std::span(text)), "chip"); }
+PhoenixChip parse(const std::string& text) {
+  return parse_phoenix(std::as_bytes(std::span(text)), "chip");
+}
 
 std::string refusal(const std::string& text) {
   try {
@@ -66,7 +68,8 @@ TEST_CASE("a Phoenix chip comes back as it was written") {
 TEST_CASE("the layout of a Phoenix file, byte by byte") {
   // Written by hand: one row, two columns; 1.0 and 0.5, phases 0 and 0.25; four bytes of a native header between.
   const std::string header =
-      "[PhoenixHeaderVer01.04]\nPhoenixHeaderLength= 00230\nnative_header_length= 4\nNumberOfColumns= 2\r\n"
+      "[PhoenixHeaderVer01.04]\nPhoenixHeaderLength= 00230\nnative_header_length= "
+      "4\nNumberOfColumns= 2\r\n"
       "NumberOfRows= 1\nTargetAz= 10.5\nMeasuredDepression= 15.04\nRangePixelSpacing= 0.202\n"
       "CrossRangePixelSpacing= 0.203\n[EndofPhoenixHeader]\n";
   REQUIRE(header.size() <= 230);
@@ -97,32 +100,39 @@ TEST_CASE("damaged Phoenix chips are refused, each by its own fault") {
   says(whole.substr(0, whole.size() - 1), "the chip is truncated");
   says(whole.substr(0, whole.size() / 2), "the chip is truncated");
   says(with_line(whole, "TargetAz", ""), "no TargetAz");
-  says(with_line(whole, "TargetAz", "TargetAz= north"), "TargetAz: expected a number, found 'north'");
+  says(with_line(whole, "TargetAz", "TargetAz= north"),
+       "TargetAz: expected a number, found 'north'");
   says(with_line(whole, "TargetAz", "TargetAz= nan"), "TargetAz: expected a number");
-  says(with_line(with_line(whole, "MeasuredDepression", ""), "DesiredDepression", ""), "no depression");
+  says(with_line(with_line(whole, "MeasuredDepression", ""), "DesiredDepression", ""),
+       "no depression");
   says(with_line(whole, "DesiredDepression", "DesiredDepression= 30"), "contradict each other");
   says(with_line(whole, "MeasuredDepression", "MeasuredDepression= 95"), "between 0 and 90");
   says(with_line(whole, "MeasuredDepression", "MeasuredDepression=1e-84"), "between 0 and 90");
-  says(with_line(whole, "NumberOfRows", "NumberOfRows= 0"), "NumberOfRows: expected a whole number from 1");
+  says(with_line(whole, "NumberOfRows", "NumberOfRows= 0"),
+       "NumberOfRows: expected a whole number from 1");
   says(with_line(whole, "NumberOfRows", ""), "no NumberOfRows");
   says(with_line(whole, "RangePixelSpacing", ""), "no RangePixelSpacing");
-  says(with_line(whole, "CrossRangePixelSpacing", "CrossRangePixelSpacing= 0"), "expected a number above 0");
+  says(with_line(whole, "CrossRangePixelSpacing", "CrossRangePixelSpacing= 0"),
+       "expected a number above 0");
   says(with_line(whole, "MeasuredRange", "MeasuredRange= 0"), "expected metres above 0");
   says(with_line(whole, "RadarPosition", "RadarPosition= top"), "expected RadarPosition bottom");
-  says(with_line(whole, "PhoenixHeaderLength", "PhoenixHeaderLength= 10"), "PhoenixHeaderLength: expected");
+  says(with_line(whole, "PhoenixHeaderLength", "PhoenixHeaderLength= 10"),
+       "PhoenixHeaderLength: expected");
 }
 
 TEST_CASE("the wrong byte order shows in values that no chip has") {
   std::string text = numbered_text();
   const std::size_t begin = text.size() - 2 * 4 * 48 * 40;
-  for (std::size_t at = begin; at < text.size(); at += 4) std::reverse(text.data() + at, text.data() + at + 4);
+  for (std::size_t at = begin; at < text.size(); at += 4)
+    std::reverse(text.data() + at, text.data() + at + 4);
   CHECK(refusal(text).find("little-endian") != std::string::npos);
 
   // Round numbers become tiny ones, which are no magnitudes either.
   PhoenixChip round = numbered_chip();
   std::fill(round.magnitude.pixels().begin(), round.magnitude.pixels().end(), 0.5f);
   text = text_of(encode_phoenix(round));
-  for (std::size_t at = begin; at < text.size(); at += 4) std::reverse(text.data() + at, text.data() + at + 4);
+  for (std::size_t at = begin; at < text.size(); at += 4)
+    std::reverse(text.data() + at, text.data() + at + 4);
   CHECK(refusal(text).find("little-endian") != std::string::npos);
 
   text = numbered_text();

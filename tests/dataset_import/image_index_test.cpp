@@ -14,7 +14,8 @@ class ImageFolder : public ScratchFolder {
  public:
   ImageFolder() {
     std::filesystem::create_directories(*this / "images/deeper");
-    for (const char* name : {"images/a.png", "images/b, c.tif", "images/deeper/d.JPEG", "images/notes.txt", "e.png"})
+    for (const char* name :
+         {"images/a.png", "images/b, c.tif", "images/deeper/d.JPEG", "images/notes.txt", "e.png"})
       write_text(*this / name, "");
   }
   std::vector<IndexedImage> index(const std::string& table) const {
@@ -42,7 +43,9 @@ bool contains(const std::string& text, const char* piece) {
 TEST_CASE("a table says how images were taken") {
   const ImageFolder folder;
   const auto images = folder.index(
-      "\xef\xbb\xbf" "file,class,serial,azimuth_deg,depression_deg,range_spacing_m,azimuth_spacing_m,slant_range_m,"
+      "\xef\xbb\xbf"
+      "file,class,serial,azimuth_deg,depression_deg,range_spacing_m,azimuth_spacing_m,slant_range_"
+      "m,"
       "split,kind\r\n"
       "images/a.png,2S1,b01,0.22484,15,0.202,0.203,4475,train,x\r\n"
       "\"b, c.tif\",\"the \"\"other\"\" one\",,10.5,,,,,,\n"
@@ -77,13 +80,17 @@ TEST_CASE("tables that contradict the folder or themselves are refused") {
   contains(folder.refusal("file,azimuth_deg,file\na.png,1,b\n"), "the column 'file' stands twice");
   contains(folder.refusal("file,azimuth_deg\na.png\n"), "row 1: expected 2 fields");
   contains(folder.refusal("file,azimuth_deg\na.png,1\n\"b, c.tif,2\n"), "a quote does not close");
-  contains(folder.refusal("file,azimuth_deg\na.png,east\n"), "row 1: azimuth_deg: expected a number, found 'east'");
+  contains(folder.refusal("file,azimuth_deg\na.png,east\n"),
+           "row 1: azimuth_deg: expected a number, found 'east'");
   contains(folder.refusal("file,azimuth_deg\na.png,inf\n"), "expected a number");
   contains(folder.refusal("file,azimuth_deg\na.png,\n"), "azimuth_deg is empty");
   contains(folder.refusal("file,azimuth_deg,depression_deg\na.png,1,90\n"), "between 0 and 90");
-  contains(folder.refusal("file,azimuth_deg,depression_deg,incidence_deg\na.png,1,17,17\n"), "contradict each other");
-  contains(folder.refusal("file,azimuth_deg,slant_range_m\na.png,1,-5\n"), "slant_range_m: expected a number above 0");
-  contains(folder.refusal("file,azimuth_deg\na.png,1\nimages/a.png,2\n"), "row 2: the image 'images/a.png' is listed twice");
+  contains(folder.refusal("file,azimuth_deg,depression_deg,incidence_deg\na.png,1,17,17\n"),
+           "contradict each other");
+  contains(folder.refusal("file,azimuth_deg,slant_range_m\na.png,1,-5\n"),
+           "slant_range_m: expected a number above 0");
+  contains(folder.refusal("file,azimuth_deg\na.png,1\nimages/a.png,2\n"),
+           "row 2: the image 'images/a.png' is listed twice");
   const std::string unknown = folder.refusal("file,azimuth_deg\na.png,1\nno.png,2\nnone.png,3\n");
   contains(unknown, "2 of 3 files exist neither");
   contains(unknown, "no.png, none.png");
@@ -92,7 +99,8 @@ TEST_CASE("tables that contradict the folder or themselves are refused") {
 
 TEST_CASE("names carry azimuths") {
   const ScratchFolder folder;
-  for (const char* name : {"50.2248_HB15087.tif", "0_a.png", "359.9_b_c.jpg", "notes.txt"}) write_text(folder / name, "");
+  for (const char* name : {"50.2248_HB15087.tif", "0_a.png", "359.9_b_c.jpg", "notes.txt"})
+    write_text(folder / name, "");
   const auto images = index_by_names(folder.path());
   REQUIRE(images.size() == 3);
   CHECK(images[0].azimuth_deg == 0.0);
@@ -106,7 +114,8 @@ TEST_CASE("names carry azimuths") {
   write_text(folder / "out/images/view_000.tif", "");
   CHECK(index_by_names(folder.path()).size() == 3);
 
-  for (const char* name : {"HB15087.tif", "50.2248.tif", "nan_a.tif", "_a.tif"}) write_text(folder / name, "");
+  for (const char* name : {"HB15087.tif", "50.2248.tif", "nan_a.tif", "_a.tif"})
+    write_text(folder / name, "");
   try {
     index_by_names(folder.path());
     FAIL("accepted names without azimuth");

@@ -47,7 +47,8 @@ double correlation(const Image<float>& turned, const Image<float>& truth) {
 double correlation_turned(const PosedImage& from, const PosedImage& to, double by_deg) {
   Acquisition wanted = from.acquisition;
   wanted.azimuth_rad += rad_from_deg(by_deg);
-  return correlation(interpolate_view(std::vector{from}, wanted, Interpolation::rotated_linear), to.power);
+  return correlation(interpolate_view(std::vector{from}, wanted, Interpolation::rotated_linear),
+                     to.power);
 }
 
 }  // namespace
@@ -65,16 +66,18 @@ int main() {
   double right = 0.0, wrong = 0.0, none = 0.0;
   int n_pairs = 0, n_right_best = 0;
   for (std::size_t a = 0; a < images.size(); a += 12) {
-    const auto b = std::find_if(images.begin() + static_cast<std::ptrdiff_t>(a), images.end(), [&](const auto& image) {
-      return std::abs(image.azimuth_deg - images[a].azimuth_deg - kTurn_deg) < kNear_deg;
-    });
+    const auto b = std::find_if(
+        images.begin() + static_cast<std::ptrdiff_t>(a), images.end(), [&](const auto& image) {
+          return std::abs(image.azimuth_deg - images[a].azimuth_deg - kTurn_deg) < kNear_deg;
+        });
     if (b == images.end()) continue;
     const PosedImage from = posed(chip_of_image(images[a])), to = posed(chip_of_image(*b));
     const double by_deg = b->azimuth_deg - images[a].azimuth_deg;
-    const double plus = correlation_turned(from, to, by_deg), minus = correlation_turned(from, to, -by_deg);
+    const double plus = correlation_turned(from, to, by_deg),
+                 minus = correlation_turned(from, to, -by_deg);
     const double still = correlation_turned(from, to, 0.0);
-    std::printf("%8.3f -> %8.3f deg: turned %.3f, turned the other way %.3f, not turned %.3f\n", images[a].azimuth_deg,
-                b->azimuth_deg, plus, minus, still);
+    std::printf("%8.3f -> %8.3f deg: turned %.3f, turned the other way %.3f, not turned %.3f\n",
+                images[a].azimuth_deg, b->azimuth_deg, plus, minus, still);
     right += plus, wrong += minus, none += still;
     n_right_best += plus > minus ? 1 : 0;
     ++n_pairs;
@@ -83,7 +86,9 @@ int main() {
     std::printf("expected ten pairs of chips and more, found %d\n", n_pairs);
     return 1;
   }
-  std::printf("mean of %d pairs: turned %.3f, the other way %.3f, not turned %.3f; the right way wins %d times\n", n_pairs,
-              right / n_pairs, wrong / n_pairs, none / n_pairs, n_right_best);
+  std::printf(
+      "mean of %d pairs: turned %.3f, the other way %.3f, not turned %.3f; the right way wins %d "
+      "times\n",
+      n_pairs, right / n_pairs, wrong / n_pairs, none / n_pairs, n_right_best);
   return right > wrong && right > none && n_right_best >= 0.8 * n_pairs ? 0 : 1;
 }

@@ -37,13 +37,17 @@ TEST_CASE("a SAMPLE file is the transpose of a chip") {
     SampleFile file;
     file.compressed = compressed;
     file.write(folder / "2s1_real_A_elevDeg_015_azCenter_011_22_serial_b01.mat");
-    const Chip chip = read_sample(folder / "2s1_real_A_elevDeg_015_azCenter_011_22_serial_b01.mat", 4600.0);
+    const Chip chip =
+        read_sample(folder / "2s1_real_A_elevDeg_015_azCenter_011_22_serial_b01.mat", 4600.0);
     // The matrix has 3 rows and 4 columns; the chip, its transpose, has 4 rows (range) and 3 columns (azimuth).
     REQUIRE(chip.view.n_azimuth == 3);
     REQUIRE(chip.view.n_range == 4);
-    const auto element = [](int row, int column) { return static_cast<float>(std::hypot(row + 1, 10.0 * (column + 1))); };
+    const auto element = [](int row, int column) {
+      return static_cast<float>(std::hypot(row + 1, 10.0 * (column + 1)));
+    };
     for (int row = 0; row < 3; ++row)
-      for (int column = 0; column < 4; ++column) CHECK(chip.image(2 - row, 3 - column) == element(row, column));
+      for (int column = 0; column < 4; ++column)
+        CHECK(chip.image(2 - row, 3 - column) == element(row, column));
     CHECK(chip.view.azimuth_deg == 11.22484);
     CHECK(chip.view.depression_deg() == Approx(15.04));
     CHECK(chip.nominal_depression_deg == 15.0);
@@ -94,9 +98,12 @@ TEST_CASE("MATLAB files that are no SAMPLE chips are refused in one line") {
 TEST_CASE("version 7.3 is refused by name") {
   const ScratchFolder folder;
   // What MATLAB writes: words, version and byte order in 128 bytes, HDF5 from byte 512.
-  std::string header = "MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Mon Jan  1 00:00:00 2024 HDF5 schema 1.00 .";
+  std::string header =
+      "MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Mon Jan  1 00:00:00 2024 HDF5 schema "
+      "1.00 .";
   header.resize(124, ' ');
-  write_text(folder / "a.mat", header + std::string("\x00\x02IM", 4) + std::string(384, '\0') + "\x89HDF\r\n\x1a\n");
+  write_text(folder / "a.mat",
+             header + std::string("\x00\x02IM", 4) + std::string(384, '\0') + "\x89HDF\r\n\x1a\n");
   says(folder / "a.mat", "version 7.3 (HDF5), which is not read");
 }
 

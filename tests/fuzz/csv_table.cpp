@@ -13,7 +13,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const CsvTable table(text_of(data, size), kName);
     for (std::size_t row = 0; row < table.n_rows(); ++row) {
       require(table.has("file") || table.text(row, "file").empty(), "what is not there is empty");
-      if (const auto number = table.number(row, "azimuth_deg")) require(std::isfinite(*number), "numbers are finite");
+      if (const auto number = table.number(row, "azimuth_deg"))
+        require(std::isfinite(*number), "numbers are finite");
     }
   });
 }

@@ -14,11 +14,14 @@ namespace sarnerf {
 /// and has the image's size, but no place in a dataset yet.
 struct Chip {
   DatasetView view;
-  Image<float> image;                   ///< linear amplitude, not calibrated, unless the set says power
+  Image<float> image;  ///< linear amplitude, not calibrated, unless the set says power
   double nominal_depression_deg = 0.0;  ///< what the set is filed under: 15, 17, 30
   bool depression_is_nominal = false;   ///< no measured one is known, the view has the nominal one
   bool range_is_assumed = false;
 };
+
+/// An azimuth of any number of turns brought to [0°, 360°).
+double within_circle_deg(double azimuth_deg);
 
 /// The unmirrored reading of a chip (drawn in docs/conventions.md):
 ///

@@ -26,7 +26,8 @@ struct IndexedImage {
 /// Throws InputError for a table that cannot be read, columns that are missing or stand twice, fields that are no
 /// numbers or impossible, depression and incidence that contradict each other, an image listed twice, and, by name,
 /// files that exist nowhere. Part of the target sarnerf::dataset_import.
-std::vector<IndexedImage> read_image_index(const std::filesystem::path& table, const std::filesystem::path& folder);
+std::vector<IndexedImage> read_image_index(const std::filesystem::path& table,
+                                           const std::filesystem::path& folder);
 
 /// Image files (PNG, JPEG, TIFF) of the folder and those below it, in the order of their names. Datasets below it are
 /// passed over: they may be what an earlier import of the folder wrote.

@@ -23,11 +23,11 @@ inline constexpr std::size_t kPhoenixHeadBytes = 24;
 /// A chip as its file has it. Row 0 lies at far range and the radar below the last row; docs/conventions.md draws how
 /// that is read, and chip_of() does it.
 struct PhoenixChip {
-  double target_azimuth_deg = 0.0;  ///< TargetAz
+  double target_azimuth_deg = 0.0;                                        ///< TargetAz
   std::optional<double> desired_depression_deg, measured_depression_deg;  ///< at least one
   std::optional<double> desired_range_m, measured_range_m;                ///< radar to aim point
   double range_spacing_m = 0.0, cross_range_spacing_m = 0.0;              ///< of rows; of columns
-  std::string target_type, target_serial, file_name;  ///< empty: unknown
+  std::string target_type, target_serial, file_name;                      ///< empty: unknown
 
   Image<float> magnitude;  ///< [rows × columns], linear amplitude
   Image<float> phase_rad;  ///< the same size
