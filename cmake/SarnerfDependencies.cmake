@@ -7,6 +7,12 @@ find_package(tomlplusplus CONFIG REQUIRED)
 include(OpenCVTargets)
 include(RsvgTargets)
 
+if(SARNERF_IMPORT)
+  include(CsvTargets)
+  include(MatioTargets)
+  find_package(ZLIB REQUIRED)
+endif()
+
 if(SARNERF_SIMULATOR)
   # Debian 12 has Embree 3, Debian 13 has Embree 4; both name their target `embree`.
   find_package(embree 4 CONFIG QUIET)

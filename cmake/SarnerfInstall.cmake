@@ -16,6 +16,9 @@ set(package_of_CGAL::CGAL CGAL)
 set(package_of_sarnerf_openvdb OpenVDB)
 set(package_of_sarnerf_rsvg Rsvg)
 set(package_of_sarnerf_torch Torch)
+set(package_of_sarnerf_csv Csv)
+set(package_of_sarnerf_matio Matio)
+set(package_of_ZLIB::ZLIB ZLIB)
 foreach(component IN ITEMS core imgproc imgcodecs)
   set(package_of_sarnerf_opencv_${component} OpenCV)
 endforeach()
@@ -64,13 +67,15 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/sarnerfConfigVersion.cmak
 install(FILES
   ${PROJECT_BINARY_DIR}/sarnerfConfig.cmake
   ${PROJECT_BINARY_DIR}/sarnerfConfigVersion.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/CsvTargets.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/MatioTargets.cmake
   ${PROJECT_SOURCE_DIR}/cmake/OpenCVTargets.cmake
   ${PROJECT_SOURCE_DIR}/cmake/OpenVDBTargets.cmake
   ${PROJECT_SOURCE_DIR}/cmake/RsvgTargets.cmake
   ${PROJECT_SOURCE_DIR}/cmake/TorchTargets.cmake
   DESTINATION ${package_dir})
 
-foreach(program IN ITEMS sar_render sar_bench sar_nerf_train sar_nerf_render sar_nerf_bench sar_extract)
+foreach(program IN ITEMS sar_render sar_bench sar_nerf_train sar_nerf_render sar_nerf_bench sar_extract sar_import)
   if(TARGET ${program})
     install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   endif()

@@ -8,7 +8,8 @@ usage() {
 Usage: scripts/fuzz.sh [TARGET...] [--runs N] [--jobs N]
 Fuzzes the readers of tests/fuzz under address and undefined-behaviour sanitizers; needs clang with libFuzzer
 (Debian: apt-get install clang). Exits 1 on a finding, whose input is kept in out/fuzz/TARGET/.
-  TARGET    config, image, manifest, material_json, obj, off, ply, scene_json, stl, vdb; default all
+  TARGET    config, csv_table, image, manifest, material_json, obj, off, phoenix, ply, sample,
+            scene_json, stl, vdb; default all
   --runs N  executions of each target, default 1000000
   --jobs N  compilers at once, default all processors
 EOF

@@ -8,13 +8,13 @@
 #include "checksums.h"
 #include "display_scale.h"
 #include "folder_lock.h"
-#include "output_files.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/dataset/display.h"
 #include "sarnerf/dataset/image_file.h"
 #include "stopwatch.h"
 #include "sweep_folder.h"
+#include "sweep_place.h"
 
 namespace sarnerf::app {
 namespace {
@@ -44,23 +44,6 @@ std::string manifest_of(const Job& job, const std::vector<DatasetView>& views,
   return manifest_text(dataset);
 }
 
-[[noreturn]] void refuse(const SweepFolder& folder, const std::string& why) {
-  throw UsageError(folder.path().string() + ": other output is in the way (" + why +
-                   "); choose another folder (-o) or allow --overwrite");
-}
-
-void check_place(const Job& job, const SweepFolder& folder) {
-  if (std::filesystem::exists(folder.path()) && !std::filesystem::is_directory(folder.path()))
-    throw UsageError(folder.path().string() +
-                     ": expected a place for a folder, found a file; choose another -o");
-  require_possible(folder.path());
-  if (job.options.overwrite || !folder.occupied()) return;
-  const auto recipe = read_recipe(folder.recipe());
-  if (!recipe) refuse(folder, "files without a recipe");
-  const std::string differs = difference(recipe->value("request", Json()), job.request);
-  if (!differs.empty()) refuse(folder, differs);
-}
-
 }  // namespace
 
 std::string write_sweep(const Job& job, Console& console, const Monitor& monitor) {
@@ -69,7 +52,7 @@ std::string write_sweep(const Job& job, Console& console, const Monitor& monitor
   if (!place.has_filename()) place = place.parent_path();
   const std::size_t n_views = job.views.size();
   const SweepFolder folder(place, n_views);
-  check_place(job, folder);
+  require_sweep_place(folder, job.request, job.options.overwrite);
   make_folder(folder.path());
   const FolderLock lock(folder.path());
   folder.remove_temporary_files();

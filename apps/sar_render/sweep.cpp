@@ -6,22 +6,17 @@
 
 #include "folder_lock.h"
 #include "layer_files.h"
-#include "output_files.h"
 #include "output_place.h"
 #include "report.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/input_file.h"
 #include "sweep_folder.h"
+#include "sweep_place.h"
 #include "sweep_run.h"
 
 namespace sarnerf::app {
 namespace {
-
-[[noreturn]] void refuse(const std::filesystem::path& folder, const std::string& why) {
-  throw UsageError(folder.string() + ": other output is in the way (" + why +
-                   "); choose another folder (-o) or allow --overwrite");
-}
 
 std::string manifest_of(const Job& job, const Json& recipe, const std::vector<char>& images,
                         const std::optional<DisplayScale>& display) {
@@ -68,20 +63,10 @@ std::string progress_text(const SweepRun& run) {
 
 void check_sweep(const Options& options, const Json& request) {
   const SweepFolder folder(sweep_folder(options), 2, layer_endings(all_layers()));
-  std::error_code code;
-  if (std::filesystem::exists(folder.path(), code) && !std::filesystem::is_directory(folder.path())) {
-    throw UsageError(folder.path().string() +
-                     ": expected a place for a folder, found a file; choose another -o");
-  }
-  require_possible(folder.path());
   for (const auto& path : {folder.recipe(), folder.manifest(), folder.report()}) {
     refuse_input(path, options);
   }
-  if (options.overwrite || !folder.occupied()) return;
-  const auto recipe = read_recipe(folder.recipe());
-  if (!recipe) refuse(folder.path(), "files without a recipe");
-  const std::string differs = difference(recipe->value("request", Json()), request);
-  if (!differs.empty()) refuse(folder.path(), differs);
+  require_sweep_place(folder, request, options.overwrite);
 }
 
 std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, Console& console,
@@ -97,7 +82,7 @@ std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, C
   const auto found = read_recipe(folder.recipe());
   if (found && !job.options.overwrite) {
     const std::string differs = difference(*found, recipe);
-    if (!differs.empty()) refuse(folder.path(), differs);
+    if (!differs.empty()) refuse_place(folder.path(), differs);
   } else {
     folder.clear();
     write_file_atomically(folder.recipe(), recipe_text(recipe));

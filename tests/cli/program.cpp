@@ -63,6 +63,12 @@ Outcome sar_bench(const std::vector<std::string>& arguments, const Conditions& c
   return run_program(SAR_BENCH, arguments, conditions);
 }
 
+#ifdef SAR_IMPORT
+Outcome sar_import(const std::vector<std::string>& arguments, const Conditions& conditions) {
+  return run_program(SAR_IMPORT, arguments, conditions);
+}
+#endif
+
 SceneFolder::SceneFolder() {
   write_text(*this / "box.obj",
              "v -2 0 -1\nv 2 0 -1\nv 2 0 1\nv -2 0 1\nv -2 3 -1\nv 2 3 -1\nv 2 3 1\nv -2 3 1\n"

@@ -29,6 +29,7 @@ struct Conditions {
 /// Runs a program with these arguments to its end.
 Outcome sar_render(const std::vector<std::string>& arguments, const Conditions& conditions);
 Outcome sar_bench(const std::vector<std::string>& arguments, const Conditions& conditions);
+Outcome sar_import(const std::vector<std::string>& arguments, const Conditions& conditions);
 
 /// A folder with box.obj: a closed box of 4 × 3 × 2 m (x, y, z) on y = 0, and shell.obj, one triangle.
 class SceneFolder : public ScratchFolder {

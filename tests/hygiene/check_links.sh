@@ -11,6 +11,10 @@ for program in "$@"; do
     echo "$program: the libraries above are missing"
     bad=1
   fi
+  if [ "$(basename "$program")" != sar_import ] && echo "$direct" | grep -E 'lib(matio|csv)'; then
+    echo "$program: links the readers of measured images (above); only sar_import may"
+    bad=1
+  fi
   case $(basename "$program") in
     sar_extract) ;;  # takes from one half to the other
     sar_nerf_*)

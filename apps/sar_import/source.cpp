@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <mutex>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/dataset/image_file.h"
+#include "sarnerf/dataset/image_index.h"
+#include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/dataset/sample.h"
+
+namespace sarnerf::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Phoenix files have endings of any kind, in MSTAR a number each: their first bytes tell.
+bool is_phoenix(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(kPhoenixHeadBytes, '\0');
+  return file.read(head.data(), kPhoenixHeadBytes) && begins_as_phoenix(head);
+}
+
+bool is_wanted(Command command, const fs::path& path) {
+  return command == Command::sample ? path.extension() == ".mat" : is_phoenix(path);
+}
+
+/// Files that are named, and those in folders that look right.
+std::vector<fs::path> chip_files(const Options& o, Console& console, const Monitor& monitor) {
+  std::vector<fs::path> files;
+  std::size_t n_others = 0;
+  for (const fs::path& input : o.inputs) {
+    std::error_code code;
+    if (!fs::is_directory(input, code)) {
+      files.push_back(input);
+      continue;
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(input)) {
+      monitor.check();
+      if (!entry.is_regular_file(code)) continue;
+      if (is_wanted(o.command, entry.path())) {
+        files.push_back(entry.path());
+      } else {
+        ++n_others;
+      }
+    }
+  }
+  std::sort(files.begin(), files.end());
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  if (n_others > 0)
+    console.note("passed over, of another kind: " + std::to_string(n_others) +
+                 (n_others == 1 ? " file" : " files"));
+  return files;
+}
+
+Chip read_chip(const Options& o, const fs::path& file) {
+  return o.command == Command::sample ? read_sample(file, o.slant_range_m)
+                                      : chip_of(read_phoenix(file), o.slant_range_m);
+}
+
+/// work(n) for [0, count), on all threads, with progress.
+template <class Work>
+void for_each_file(std::size_t count, const char* stage, const Monitor& monitor, const Work& work) {
+  std::mutex mutex;
+  std::size_t n_done = 0;
+  parallel_for(count, 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      monitor.check();
+      work(n);
+      const std::scoped_lock lock(mutex);
+      monitor.report(stage, ++n_done, count);
+    }
+  });
+}
+
+std::vector<Source> chip_sources(const Options& o, Console& console, const Monitor& monitor) {
+  const std::vector<fs::path> files = chip_files(o, console, monitor);
+  std::vector<Source> sources(files.size());
+  for_each_file(files.size(), "reading", monitor, [&](std::size_t n) {
+    Chip chip = read_chip(o, files[n]);
+    chip.image = {};
+    sources[n] = {files[n], std::move(chip), ""};
+  });
+  return sources;
+}
+
+Source source_of(const Options& o, const IndexedImage& indexed) {
+  Source source{indexed.file, {}, indexed.split};
+  Chip& chip = source.chip;
+  chip.depression_is_nominal = true;
+  chip.nominal_depression_deg = indexed.depression_deg.value_or(0.0);
+  chip.range_is_assumed = !indexed.slant_range_m;
+  DatasetView& view = chip.view;
+  view.azimuth_deg = within_circle_deg(indexed.azimuth_deg);
+  view.incidence_deg = 90.0 - chip.nominal_depression_deg;
+  view.slant_range_m = indexed.slant_range_m.value_or(o.slant_range_m);
+  const auto spacing = [&](const std::optional<double>& known, double given) {
+    return known.value_or(given);
+  };
+  view.azimuth_spacing_m =
+      spacing(indexed.azimuth_spacing_m, o.spacing_m ? o.spacing_m->first : 0.0);
+  view.range_spacing_m = spacing(indexed.range_spacing_m, o.spacing_m ? o.spacing_m->second : 0.0);
+  if (view.azimuth_spacing_m == 0.0 || view.range_spacing_m == 0.0)
+    throw UsageError(indexed.file.string() +
+                     ": the pixel spacing is not known; give --spacing, such as 0.203,0.202, or "
+                     "a table with azimuth_spacing_m and range_spacing_m");
+  view.class_name = indexed.class_name;
+  view.serial = indexed.serial;
+  view.source = indexed.file.filename().string();
+  return source;
+}
+
+std::vector<Source> picture_sources(const Options& o, Console& console) {
+  const fs::path& folder = o.inputs.front();
+  const auto pictures = image_files(folder);
+  const auto indexed = o.table.empty() ? index_by_names(folder) : read_image_index(o.table, folder);
+  if (!o.table.empty() && indexed.size() < pictures.size())
+    console.note(std::to_string(pictures.size() - indexed.size()) + " of " +
+                 std::to_string(pictures.size()) + " images in " + folder.string() +
+                 " are not in the table: passed over");
+  std::vector<Source> sources;
+  for (const IndexedImage& image : indexed) sources.push_back(source_of(o, image));
+  return sources;
+}
+
+Chip load_picture(const Options& o, const Source& source) {
+  Chip chip = source.chip;
+  chip.image = read_image(source.file);
+  if (o.orientation == Orientation::chip)
+    chip.image = to_radar_axes(chip.image, {Axis::minus_j, Axis::minus_i});
+  for (float& value : chip.image.pixels()) {
+    value = static_cast<float>(value * o.scale);
+    if (!(value >= 0.0f) || !std::isfinite(value))
+      throw InputError(
+          source.file.string() +
+          ": a pixel is negative or beyond float32; amplitudes and powers are not, and "
+          "decibels are neither");
+  }
+  chip.view.n_azimuth = chip.image.n_azimuth();
+  chip.view.n_range = chip.image.n_range();
+  return chip;
+}
+
+}  // namespace
+
+std::vector<Source> find_sources(const Options& o, Console& console, const Monitor& monitor) {
+  auto sources = o.command == Command::images ? picture_sources(o, console)
+                                              : chip_sources(o, console, monitor);
+  if (sources.empty())
+    throw InputError(o.inputs.front().string() + ": expected " +
+                     (o.command == Command::images   ? "images"
+                      : o.command == Command::sample ? "SAMPLE files (.mat)"
+                                                     : "Phoenix chips") +
+                     ", found none");
+  return sources;
+}
+
+void read_sizes(const Options& o, std::vector<Source>& sources, const Monitor& monitor) {
+  for_each_file(sources.size(), "checking", monitor, [&](std::size_t n) {
+    const Chip chip = load(o, sources[n]);
+    sources[n].chip.view = chip.view;
+    try {
+      validate(acquisition_of(chip.view, glm::dvec3(0.0)));
+    } catch (const GeometryError& e) {
+      throw InputError(sources[n].file.string() +
+                       ": no radar image can be of this geometry: " + e.what());
+    }
+  });
+}
+
+Chip load(const Options& o, const Source& source) {
+  Chip chip = o.command == Command::images ? load_picture(o, source) : read_chip(o, source.file);
+  // What the choice has settled, such as a depression from the command line, stands.
+  DatasetView view = source.chip.view;
+  view.n_azimuth = chip.view.n_azimuth;
+  view.n_range = chip.view.n_range;
+  chip.view = view;
+  if (!o.selection.crop) return chip;
+  return cropped(std::move(chip), o.selection.crop->first, o.selection.crop->second,
+                 source.file.string());
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// What is known of the images in a folder before they are read: from a table, or from their names.
+namespace sarnerf {
+
+/// An image file and how it was taken, as far as somebody wrote it down.
+struct IndexedImage {
+  std::filesystem::path file;
+  double azimuth_deg = 0.0;
+  std::optional<double> depression_deg;
+  std::optional<double> slant_range_m, azimuth_spacing_m, range_spacing_m;
+  std::string class_name, serial, split;  ///< empty: unknown
+};
+
+/// Reads a table (CSV, RFC 4180) whose first line names its columns: `file` and `azimuth_deg`, and if wanted
+/// `depression_deg` or `incidence_deg`, `slant_range_m`, `azimuth_spacing_m`, `range_spacing_m`, `class`, `serial`,
+/// `split`. Other columns are passed over; empty fields say nothing. Files are looked for beside the table, then in
+/// `folder`; only images in `folder` or below are returned, in the table's order.
+///
+/// Throws InputError for a table that cannot be read, columns that are missing or stand twice, fields that are no
+/// numbers or impossible, depression and incidence that contradict each other, an image listed twice, and, by name,
+/// files that exist nowhere. Part of the target sarnerf::dataset_import.
+std::vector<IndexedImage> read_image_index(const std::filesystem::path& table,
+                                           const std::filesystem::path& folder);
+
+/// Image files (PNG, JPEG, TIFF) of the folder and those below it, in the order of their names. Datasets below it are
+/// passed over: they may be what an earlier import of the folder wrote.
+std::vector<std::filesystem::path> image_files(const std::filesystem::path& folder);
+
+/// Index by names that begin with the azimuth and an underscore, such as 50.2248_HB15087.tif; the folder's other images
+/// are an InputError that names them.
+std::vector<IndexedImage> index_by_names(const std::filesystem::path& folder);
+
+}  // namespace sarnerf

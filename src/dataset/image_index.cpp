@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/dataset/image_index.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <set>
+
+#include "csv_table.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/input_file.h"
+#include "sarnerf/core/input_text.h"
+#include "sarnerf/dataset/depression.h"
+#include "sarnerf/dataset/manifest.h"
+
+namespace sarnerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Beyond this, depression and incidence are about different geometries; the manifest's reader says the same.
+constexpr double kAngleTolerance_deg = 0.0101;
+
+constexpr std::size_t kMostNamed = 5;
+
+/// "a, b and 7 more".
+std::string list_text(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t n = 0; n < std::min(kMostNamed, names.size()); ++n)
+    text += (n > 0 ? ", " : "") + in_one_line(names[n], 80);
+  if (names.size() > kMostNamed)
+    text += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  return text;
+}
+
+std::optional<double> depression_deg(const CsvTable& table, std::size_t row) {
+  const auto depression = table.number(row, "depression_deg"),
+             incidence = table.number(row, "incidence_deg");
+  if (depression && incidence && std::abs(*depression + *incidence - 90.0) > kAngleTolerance_deg)
+    table.fail(row, "depression_deg " + table.text(row, "depression_deg") + " and incidence_deg " +
+                        table.text(row, "incidence_deg") +
+                        " contradict each other: they must add up to 90");
+  const auto angle = depression  ? depression
+                     : incidence ? std::optional(90.0 - *incidence)
+                                 : std::nullopt;
+  if (angle && !is_depression(*angle))
+    table.fail(row, "expected a depression between 0 and 90 degrees, both excluded, found " +
+                        std::to_string(*angle));
+  return angle;
+}
+
+std::optional<double> positive(const CsvTable& table, std::size_t row, const char* column) {
+  const auto value = table.number(row, column);
+  if (value && !(*value > 0.0))
+    table.fail(row, std::string(column) + ": expected a number above 0");
+  return value;
+}
+
+IndexedImage image_of_row(const CsvTable& table, std::size_t row) {
+  IndexedImage image;
+  const auto azimuth = table.number(row, "azimuth_deg");
+  if (!azimuth) table.fail(row, "azimuth_deg is empty: nobody knows where the radar stood");
+  image.azimuth_deg = *azimuth;
+  image.depression_deg = depression_deg(table, row);
+  image.slant_range_m = positive(table, row, "slant_range_m");
+  image.azimuth_spacing_m = positive(table, row, "azimuth_spacing_m");
+  image.range_spacing_m = positive(table, row, "range_spacing_m");
+  image.class_name = in_one_line(table.text(row, "class"), 60);
+  image.serial = in_one_line(table.text(row, "serial"), 60);
+  image.split = in_one_line(table.text(row, "split"), 60);
+  return image;
+}
+
+bool lies_in(const fs::path& file, const fs::path& folder) {
+  const fs::path relative =
+      fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+}  // namespace
+
+std::vector<IndexedImage> read_image_index(const fs::path& path, const fs::path& folder) {
+  const CsvTable table(read_whole_file(path), path.string());
+  for (const char* column : {"file", "azimuth_deg"})
+    if (!table.has(column)) table.fail(std::string("the table has no column ") + column);
+
+  std::vector<IndexedImage> images;
+  std::vector<std::string> unknown;
+  std::set<fs::path> seen;
+  for (std::size_t row = 0; row < table.n_rows(); ++row) {
+    const std::string& name = table.text(row, "file");
+    if (name.empty() || has_control_characters(name))
+      table.fail(row, "file: expected the name of an image");
+    std::error_code ignored;
+    fs::path file = path.parent_path() / name;
+    if (!fs::is_regular_file(file, ignored)) file = folder / name;
+    if (!fs::is_regular_file(file, ignored)) {
+      unknown.push_back(name);
+      continue;
+    }
+    IndexedImage image = image_of_row(table, row);
+    if (!lies_in(file, folder)) continue;
+    if (!seen.insert(fs::weakly_canonical(file)).second)
+      table.fail(row, "the image " + in_quotes(name) + " is listed twice");
+    image.file = file;
+    images.push_back(std::move(image));
+  }
+  if (!unknown.empty())
+    table.fail(std::to_string(unknown.size()) + " of " + std::to_string(table.n_rows()) +
+               " files exist neither beside the table nor in " + folder.string() + ": " +
+               list_text(unknown));
+  return images;
+}
+
+std::vector<fs::path> image_files(const fs::path& folder) {
+  constexpr std::array kEndings{".png", ".jpg", ".jpeg", ".tif", ".tiff"};
+  std::vector<fs::path> files;
+  std::error_code code;
+  fs::recursive_directory_iterator walk(folder, code);
+  if (code) throw InputError(folder.string() + ": expected a folder of images: " + code.message());
+  for (auto at = fs::begin(walk); at != fs::end(walk); at.increment(code)) {
+    const fs::directory_entry& entry = *at;
+    if (entry.is_directory(code) && fs::exists(entry.path() / kManifestName, code))
+      at.disable_recursion_pending();
+    const std::string ending = lower(entry.path().extension().string());
+    if (entry.is_regular_file(code) &&
+        std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end())
+      files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<IndexedImage> index_by_names(const fs::path& folder) {
+  std::vector<IndexedImage> images;
+  std::vector<std::string> unreadable;
+  for (const fs::path& file : image_files(folder)) {
+    const std::string name = file.filename().string();
+    const std::size_t end = name.find('_');
+    double azimuth_deg = 0.0;
+    const char* const stop = name.data() + (end == std::string::npos ? 0 : end);
+    const auto [rest, error] = std::from_chars(name.data(), stop, azimuth_deg);
+    if (error != std::errc() || rest != stop || !std::isfinite(azimuth_deg)) {
+      unreadable.push_back(name);
+      continue;
+    }
+    IndexedImage image;
+    image.file = file;
+    image.azimuth_deg = azimuth_deg;
+    images.push_back(std::move(image));
+  }
+  if (!unreadable.empty())
+    throw InputError(
+        folder.string() + ": no azimuth in the names of " + std::to_string(unreadable.size()) +
+        (unreadable.size() == 1 ? " image" : " images") +
+        ", expected such as 50.2248_HB15087.tif, or a table (--csv): " + list_text(unreadable));
+  return images;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <csignal>
+
+#include "catch.h"
+#include "chip_folder.h"
+
+using namespace sarnerf;
+
+namespace {
+
+/// Chips at whole degrees from 0.
+void write_chips(const ChipFolder& folder, int count) {
+  for (int n = 0; n < count; ++n)
+    folder.write("chips/hb." + std::to_string(n), ChipFolder::chip(n));
+}
+
+std::size_t n_images(const std::filesystem::path& folder) {
+  std::error_code code;
+  std::size_t n = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "images", code))
+    n += entry.path().extension() == ".tif" ? 1 : 0;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("an import is a dataset folder as sar_render's are, with a summary on stdout",
+          "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 3);
+  const Outcome outcome = folder.run({"mstar", "chips", "-o", "out"});
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  CHECK(outcome.out.starts_with("out/dataset.json\n"));
+  CHECK(outcome.out.find("truck 1") != std::string::npos);
+  CHECK(outcome.out.find("3 images, depression 17 deg (measured 17.10), azimuth 0.00 to 2.00 deg, "
+                         "widest gap 358.00 deg "
+                         "after 2.00") != std::string::npos);
+  const auto files = folder.contents("out");
+  CHECK(files.size() == 3 + 2 * 3);
+  for (const char* name :
+       {"dataset.json", "recipe.json", "SHA256SUMS", "images/view_002.tif", "png/view_000.png"})
+    CHECK(files.count(name) == 1);
+  CHECK(std::filesystem::exists(folder / "out/dataset.report.json"));
+  const Dataset d = read_manifest(folder / "out");
+  CHECK(d.views[2].source == "original.000");
+  CHECK(d.views[2].slant_range_m == 4475.0);
+  CHECK(d.scene_box_m.max.x == scene_box_of_swath(d.aim_m, d.views).max.x);
+}
+
+TEST_CASE("sar_import has help for itself and for each command", "[import]") {
+  const ChipFolder folder;
+  const Outcome help = folder.run({"--help"});
+  CHECK(help.code == 0);
+  for (const char* piece : {"mstar", "sample", "images", "phoenix", "Exit codes"})
+    CHECK(help.out.find(piece) != std::string::npos);
+  const Outcome command = folder.run({"images", "--help"});
+  CHECK(command.code == 0);
+  for (const char* piece : {"--csv", "--every", "--crop", "[4500]", "--config"})
+    CHECK(command.out.find(piece) != std::string::npos);
+  CHECK(folder.run({"--version"}).out.starts_with("sar_import "));
+}
+
+TEST_CASE("the same import again is done already, damage is mended, another one refused",
+          "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 4);
+  REQUIRE(folder.run({"mstar", "chips", "-o", "out"}).code == 0);
+  const auto whole = folder.contents("out");
+  const Outcome again = folder.run({"mstar", "chips", "-o", "out", "--threads", "1"});
+  CHECK(again.code == 0);
+  CHECK(again.err.find("already done") != std::string::npos);
+  CHECK(again.out.find("4 images") != std::string::npos);
+
+  std::filesystem::resize_file(folder / "out/images/view_001.tif", 100);
+  std::filesystem::remove(folder / "out/png/view_002.png");
+  const Outcome mended = folder.run({"mstar", "chips", "-o", "out"});
+  CHECK(mended.err.find("continuing: 2 of 4") != std::string::npos);
+  CHECK(folder.contents("out") == whole);
+
+  const Outcome other = folder.run({"mstar", "chips", "-o", "out", "--crop", "8"});
+  CHECK(other.code == 2);
+  CHECK(is_import_error(other, "choice.crop"));
+  CHECK(folder.contents("out") == whole);
+  CHECK(folder.run({"mstar", "chips", "-o", "out", "--every", "4", "--overwrite"}).code == 0);
+  CHECK(n_images(folder / "out") == 2);
+
+  // A chip that has changed since is another recipe, too.
+  folder.write("chips/hb.0", ChipFolder::chip(0.25));
+  CHECK(folder.run({"mstar", "chips", "-o", "out", "--every", "4"}).code == 2);
+  write_text(folder / "file", "");
+  CHECK(folder.run({"mstar", "chips", "-o", "file"}).code == 2);
+  const Outcome into_itself = folder.run({"mstar", "chips", "-o", "chips"});
+  CHECK(into_itself.code == 2);
+  CHECK(is_import_error(into_itself, "would replace the input"));
+}
+
+TEST_CASE("a plan writes nothing", "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 2);
+  const Outcome plan = folder.run({"mstar", "chips", "-o", "out", "--dry-run"});
+  CHECK(plan.code == 0);
+  CHECK(plan.out.starts_with("plan\n"));
+  CHECK(plan.out.find("rows from far to near range") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(folder / "out"));
+  const Outcome explained = folder.run({"mstar", "chips", "-o", "out", "--explain", "-q"});
+  CHECK(explained.err.find("plan\n") != std::string::npos);
+  CHECK(n_images(folder / "out") == 2);
+}
+
+TEST_CASE("a full disk is exit code 1, and the next run continues", "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 2);
+  const Outcome full =
+      sar_import({"mstar", "chips", "-o", "out"}, {folder.path(), 300, {}, {}, {}});
+  INFO(full.err);
+  CHECK(full.code == 1);
+  const Outcome after = folder.run({"mstar", "chips", "-o", "out", "--overwrite"});
+  INFO(after.err);
+  CHECK(after.code == 0);
+}
+
+TEST_CASE("interrupted imports leave what is finished, and continue to the same bytes",
+          "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 500);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string name = "s" + std::to_string(signal);
+    const Outcome outcome = sar_import(
+        {"mstar", "chips", "-o", name, "--threads", "1"},
+        {folder.path(), 0, {}, [&] { return n_images(folder / name) >= 1 ? signal : 0; }, {}});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 130);
+    const std::size_t n = n_images(folder / name);
+    REQUIRE(n < 500);
+    if (std::filesystem::exists(folder / name / "dataset.json")) {
+      const Dataset part = read_manifest(folder / name);
+      CHECK(part.views.size() == n);
+      CHECK(part.provenance_json.find("unfinished") != std::string::npos);
+    }
+    CHECK(folder.run({"mstar", "chips", "-o", name}).code == 0);
+  }
+  CHECK(folder.run({"mstar", "chips", "-o", "straight"}).code == 0);
+  CHECK(folder.contents("straight") == folder.contents("s" + std::to_string(SIGINT)));
+  CHECK(folder.contents("straight") == folder.contents("s" + std::to_string(SIGTERM)));
+}
+
+TEST_CASE("chips of a dataset of chips are the chips", "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 3);
+  REQUIRE(folder.run({"mstar", "chips", "-o", "out"}).code == 0);
+  const Outcome back = folder.run({"phoenix", "out", "-o", "back"});
+  INFO(back.err);
+  REQUIRE(back.code == 0);
+  CHECK(back.out.find("3 Phoenix chips, chip_000.phoenix to chip_002.phoenix") !=
+        std::string::npos);
+  for (int n = 0; n < 3; ++n) {
+    const PhoenixChip before = read_phoenix(folder / ("chips/hb." + std::to_string(n)));
+    const PhoenixChip after =
+        read_phoenix(folder / ("back/chip_00" + std::to_string(n) + ".phoenix"));
+    CHECK(std::equal(before.magnitude.pixels().begin(), before.magnitude.pixels().end(),
+                     after.magnitude.pixels().begin()));
+    CHECK(after.target_azimuth_deg == before.target_azimuth_deg);
+    CHECK(after.measured_depression_deg == Approx(*before.measured_depression_deg));
+    CHECK(after.measured_range_m == before.measured_range_m);
+    CHECK(after.target_type == before.target_type);
+    CHECK(after.file_name == before.file_name);
+  }
+  CHECK(folder.run({"phoenix", "out", "-o", "back"}).err.find("already done") != std::string::npos);
+  CHECK(folder.run({"phoenix", "out", "-o", "plan", "--dry-run"}).out.starts_with("plan\n"));
+  CHECK_FALSE(std::filesystem::exists(folder / "plan"));
+  // Other output is not written over.
+  CHECK(folder.run({"phoenix", "out", "-o", "out"}).code == 2);
+  REQUIRE(folder.run({"mstar", "chips", "-o", "two", "--every", "2"}).code == 0);
+  const Outcome other = folder.run({"phoenix", "two", "-o", "back"});
+  CHECK(other.code == 2);
+  CHECK(is_import_error(other, "dataset_sha256"));
+}
