@@ -5,9 +5,9 @@
 #include <cmath>
 #include <span>
 
+#include "ground_views.h"
 #include "sarnerf/core/bilinear.h"
 #include "sarnerf/core/parallel.h"
-#include "sarnerf/geometry/level_plane.h"
 
 namespace sarnerf {
 namespace {
@@ -23,37 +23,11 @@ constexpr double kMostDeviation = 0.1;
 /// Cells of the texture beyond the box: pixels at its border are looked up between cells.
 constexpr int kBorder = 4;
 
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double median_of_positive(const Image<float>& image) {
   std::vector<double> values;
   for (const float p : image.pixels())
     if (p > 0.0f) values.push_back(double{p});
   return median(values);
-}
-
-/// Value of a view at a point of the plane; negative outside of its swath, which goes on for a pixel here, so that cells
-/// around its outermost pixels have values.
-double seen(const PosedImage& image, const RadarFrame& frame, const glm::dvec3& point_m) {
-  const Acquisition& a = image.acquisition;
-  const RadarPoint p = project(a, frame, point_m);
-  const double i = p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1);
-  const double j = p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1);
-  if (i < -1.0 || i > a.n_azimuth || j < -1.0 || j > a.n_range) return -1.0;
-  return bilinear(image.power, std::clamp(i, 0.0, a.n_azimuth - 1.0), std::clamp(j, 0.0, a.n_range - 1.0));
-}
-
-/// Views spread evenly over the set.
-std::vector<std::size_t> spread(std::size_t n) {
-  const std::size_t n_chosen = std::min(n, kMostViews);
-  std::vector<std::size_t> chosen;
-  for (std::size_t k = 0; k < n_chosen; ++k) chosen.push_back(k * n / n_chosen);
-  return chosen;
 }
 
 BareGround empty_ground(Views images, const Box& box_m) {
@@ -92,21 +66,6 @@ void estimate_texture(Views images, std::span<const std::size_t> views, BareGrou
       }
     }
   });
-}
-
-/// Calls visit(i, j, x, z) for the pixels of a view that see the plane, in cells of the texture.
-template <class Visit>
-void for_each_pixel(const Acquisition& a, const BareGround& ground, Visit&& visit) {
-  const std::vector<double> offset_m = plane_offsets_m(a, ground.height_m);
-  const glm::dvec3 along_track = radar_frame(a).h, away = level_range_direction(a);
-  for (int i = 0; i < a.n_azimuth; ++i) {
-    for (int j = 0; j < a.n_range; ++j) {
-      const double d = offset_m[static_cast<std::size_t>(j)];
-      if (std::isnan(d)) continue;
-      const glm::dvec3 p = a.row_offset_m(i) * along_track + d * away;
-      visit(i, j, (p.x - ground.first_x_m) / ground.cell_m, (p.z - ground.first_z_m) / ground.cell_m);
-    }
-  }
 }
 
 void estimate_gains(Views images, BareGround& ground) {
@@ -157,6 +116,13 @@ double BareGround::texture_at(double x_m, double z_m) const {
   return bilinear(texture, (x_m - first_x_m) / cell_m, (z_m - first_z_m) / cell_m);
 }
 
+std::vector<std::size_t> views_of_texture(std::size_t n) {
+  const std::size_t n_chosen = std::min(n, kMostViews);
+  std::vector<std::size_t> chosen;
+  for (std::size_t k = 0; k < n_chosen; ++k) chosen.push_back(k * n / n_chosen);
+  return chosen;
+}
+
 bool has_background(Views images) {
   std::size_t n_positive = 0, n = 0;
   for (const PosedImage& image : images) {
@@ -166,16 +132,23 @@ bool has_background(Views images) {
   return 2 * n_positive > n;
 }
 
-std::optional<BareGround> find_bare_ground(Views images, const Box& box_m) {
+std::optional<BareGround> estimated_ground(Views images, const Box& box_m) {
   if (images.size() < kLeastViews || !has_background(images)) return {};
   BareGround ground = empty_ground(images, box_m);
-  const std::vector<std::size_t> views = spread(images.size());
+  const std::vector<std::size_t> views = views_of_texture(images.size());
   for (int round = 0; round < kRounds; ++round) {
     if (round > 0) estimate_gains(images, ground);
     estimate_texture(images, views, ground);
   }
   estimate_gains(images, ground);
   ground.deviation = deviation(images, views, ground);
+  return ground;
+}
+
+std::optional<BareGround> find_bare_ground(Views images, const Box& box_m) {
+  std::optional<BareGround> found = estimated_ground(images, box_m);
+  if (!found) return {};
+  BareGround& ground = *found;
   if (!(ground.deviation < kMostDeviation)) return {};
   const double tolerance = std::max(kLeastTolerance, kAgreeing * ground.deviation);
   const Image<float> least = around(ground.texture, [](float a, float b) { return std::min(a, b); });
@@ -188,7 +161,7 @@ std::optional<BareGround> find_bare_ground(Views images, const Box& box_m) {
       ground.bare[v](i, j) = low > 0.0 && power >= (1.0 - tolerance) * low && power <= (1.0 + tolerance) * high;
     });
   });
-  return ground;
+  return found;
 }
 
 }  // namespace sarnerf

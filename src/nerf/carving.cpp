@@ -96,6 +96,36 @@ bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, 
   return n_maybe >= least_views;
 }
 
+/// Share of the views that show clutter alone where a place, and the ground in its shadow, would be: matter there would
+/// shine in the one pixel and darken the other, but may be as bright as clutter, or its shadow be shone over.
+constexpr double kClutterShows = 0.3;
+
+bool shows_clutter(const Image<std::uint8_t>& like, const Acquisition& a, const RadarPoint& p) {
+  const auto i = static_cast<int>(std::lround(p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1)));
+  const auto j = static_cast<int>(std::lround(p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1)));
+  return i >= 0 && i < a.n_azimuth && j >= 0 && j < a.n_range && like(i, j) != 0;
+}
+
+/// Whether so few views as not to matter show clutter in spite of a place.
+bool clutter_lets(const TrainingSet& set, std::span<const Witness> views, const glm::dvec3& point_m) {
+  std::size_t n_empty = 0, n_seeing = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Acquisition& a = views[v].acquisition;
+    const RadarPoint p = project(a, views[v].frame, point_m);
+    if (std::abs(p.along_track_m) > 0.5 * a.n_azimuth * a.azimuth_spacing_m ||
+        std::abs(p.range_offset_m) > 0.5 * a.n_range * a.range_spacing_m)
+      continue;
+    ++n_seeing;
+    // Where the ray through the place meets the ground.
+    const RadarFrame& frame = views[v].frame;
+    const glm::dvec3 down = std::cos(p.ray_angle_rad) * frame.k + std::sin(p.ray_angle_rad) * frame.v;
+    const glm::dvec3 foot_m = point_m + down * ((set.clutter->ground->height_m - point_m.y) / down.y);
+    const Image<std::uint8_t>& like = set.clutter->like_ground[v];
+    n_empty += shows_clutter(like, a, p) && shows_clutter(like, a, project(a, frame, foot_m)) ? 1 : 0;
+  }
+  return 4 * n_seeing >= views.size() && static_cast<double>(n_empty) < kClutterShows * static_cast<double>(n_seeing);
+}
+
 }  // namespace
 
 GridTransform grid_transform(const TrainingSet& set, double voxel_size_m) {
@@ -119,6 +149,7 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform) {
   const int n_views = static_cast<int>(set.images.size());
   const int least_views = set.ground ? std::max(kBareViews + 1, n_views / 4) : 1;
   const auto may_be_active = [&](const glm::dvec3& point_m) {
+    if (set.clutter) return point_m.y > set.clutter->ground->height_m && clutter_lets(set, views, point_m);
     if (!set.ground || point_m.y > set.ground->height_m) return may_hold_matter(views, point_m, margin_m, least_views);
     return point_m.y > set.ground->height_m - transform.voxel_size_m &&
            set.ground->texture_at(point_m.x, point_m.z) > 0.0;

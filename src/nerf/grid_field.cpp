@@ -113,6 +113,7 @@ GridField refined(const GridField& field) {
   // Voxel (0,0,0) of the finer grid lies where that of the coarser one does.
   const GridTransform transform{field.transform().origin_m, 0.5 * field.transform().voxel_size_m};
   GridField fine(transform, field.channels().harmonics_degree, field.source_scale());
+  fine.ground = field.ground;
   const auto n_source = static_cast<std::size_t>(field.channels().n_source());
 
   // Interpolated are depth per metre (κ) and coefficients; voxels outside give neither, so that active ones only

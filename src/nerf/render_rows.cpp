@@ -17,7 +17,7 @@ struct Pass : torch::CustomClassHolder {
       idle->pop_back();
     }
     grid.values(memory.values);
-    renderer.emplace(grid.view(memory.values), grid.channels(), grid.occupancy(), sampling, memory.rows);
+    renderer.emplace(grid.view(memory.values), grid.channels(), grid.occupancy(), sampling, memory.rows, grid.ground.get());
     memory.rows = renderer->memory();
   }
   ~Pass() override { idle->push_back(std::move(memory)); }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "sarnerf/geometry/ray_grid.h"
@@ -12,12 +13,14 @@ namespace sarnerf {
 struct RowPart {
   struct Row {
     Acquisition acquisition;
+    int row;
     Fan fan;
     std::size_t first_ray, end_ray;
   };
   SampleBatch batch;
   BatchField field;
   std::vector<Row> rows;
+  std::vector<std::uint32_t> ray_k;  ///< of all rays: their places in the fans
 
   std::vector<double> of_pixel;               ///< a row's pixels, or their gradients
   std::vector<float> d_extinction, d_source;  ///< gradients of all segments
@@ -27,10 +30,11 @@ struct RowPart {
     batch.clear();
     field.clear();
     rows.clear();
+    ray_k.clear();
   }
   /// What is appended to the batch in between are the rays of one row.
-  void begin_row(const Acquisition& acquisition) {
-    rows.push_back({acquisition, {}, batch.n_rays(), batch.n_rays()});
+  void begin_row(const Acquisition& acquisition, int row) {
+    rows.push_back({acquisition, row, {}, batch.n_rays(), batch.n_rays()});
   }
   void end_row(const Fan& fan) {
     Row& row = rows.back();

@@ -25,7 +25,7 @@ void shuffle(std::vector<Entry>& rows, std::mt19937_64& random) {
 
 void RowQueue::keep_rows_that_see(const TrainingSet& set, const LearnedField& field) {
   rows_.clear();
-  for (const RowReference& row : rows_that_see(set, field.occupied_box_m())) rows_.push_back({row, false});
+  for (const RowReference& row : rows_that_see(set, field.occupied_box_m())) rows_.push_back({row, set.clutter.has_value()});
   if (set.ground) {
     for (const RowReference& row : rows_that_see(set, field.standing_box_m(set.ground->height_m)))
       rows_.insert(rows_.end(), kStandingTurns, {row, true});

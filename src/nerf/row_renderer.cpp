@@ -6,6 +6,7 @@
 #include <string>
 
 #include "ray_distortion.h"
+#include "row_ground.h"
 #include "row_part.h"
 #include "row_pixels.h"
 #include "row_rays.h"
@@ -20,13 +21,17 @@ struct RowMemory {
 
 RowRenderer::RowRenderer(const BrickView<const float>& values, const FieldChannels& channels,
                          const Occupancy& occupancy, const RaySampling& sampling,
-                         std::shared_ptr<RowMemory> memory)
+                         std::shared_ptr<RowMemory> memory, const LevelGround* ground)
     : values_(values),
       channels_(channels),
       occupancy_(&occupancy),
       sampling_(sampling),
       box_m_(occupied_box(occupancy, values.transform)),
-      memory_(memory ? std::move(memory) : std::make_shared<RowMemory>()) {}
+      ground_(ground),
+      memory_(memory ? std::move(memory) : std::make_shared<RowMemory>()) {
+  // Rays end on the ground.
+  if (ground_ != nullptr && !box_m_.empty()) box_m_.min.y = std::max(box_m_.min.y, ground_->height_m);
+}
 
 RowRenderer::~RowRenderer() = default;
 RowRenderer::RowRenderer(RowRenderer&&) noexcept = default;
@@ -34,7 +39,8 @@ RowRenderer& RowRenderer::operator=(RowRenderer&&) noexcept = default;
 
 void RowRenderer::march_row(const RowRequest& request, VolumeMarcher& marcher, RowPart& part) const {
   const RowRays row = rays_of_row(request, box_m_, sampling_);
-  part.begin_row(request.acquisition);
+  part.begin_row(request.acquisition, request.row);
+  for (const MarchRay& ray : row.rays) part.ray_k.push_back(static_cast<std::uint32_t>(ray.k));
   marcher.march(row.grid, row.rays, part.batch, part.field);
   part.end_row(row.grid.fan());
 }
@@ -47,6 +53,7 @@ void RowRenderer::forward_part(std::span<const RowRequest> rows, std::span<float
     const auto n_range = static_cast<std::size_t>(request.acquisition.n_range);
     row_pixels(part, part.rows.back(), samples(part.field, channels_.basis), Integrator::exact, sampling_,
                pixels.first(n_range));
+    if (ground_ != nullptr) add_ground(part, part.rows.back(), *ground_, sampling_, pixels.first(n_range));
     pixels = pixels.subspan(n_range);
   }
 }
@@ -78,6 +85,7 @@ void RowRenderer::backward_part(std::span<const float> pixel_gradients, RowPart&
     const auto n_range = static_cast<std::size_t>(row.acquisition.n_range);
     row_pixels_adjoint(part, row, samples(part.field, channels_.basis), Integrator::exact, sampling_,
                        pixel_gradients.first(n_range));
+    if (ground_ != nullptr) add_ground_adjoint(part, row, *ground_, sampling_, pixel_gradients.first(n_range));
     pixel_gradients = pixel_gradients.subspan(n_range);
   }
   if (sampling_.distortion > 0.0) {

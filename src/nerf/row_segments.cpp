@@ -86,7 +86,7 @@ void RowSegments::place(std::span<const RowRequest> rows, const DensityCache& ca
     coarse.clear();
     coarse_field.clear();
     marcher.march(row.grid, row.rays, coarse, coarse_field);
-    part.begin_row(a);
+    part.begin_row(a, request.row);
     for (std::size_t q = 0; q < row.rays.size(); ++q) {
       const std::size_t first = coarse.ray_begin[q], end = coarse.ray_begin[q + 1];
       if (first == end) continue;

@@ -38,6 +38,7 @@ struct Trainer::State {
   RowQueue queue;
   std::int64_t steps = 0;
   double mean_square_of_set = 0.0;
+  double clutter_level = 0.0;  ///< mean brightness of the ground
   double least_loss = std::numeric_limits<double>::infinity();
 
   std::vector<StandingView> standing;  ///< of each view, over a level ground
@@ -46,10 +47,10 @@ struct Trainer::State {
   void look_at_field(bool resume) {
     if (!resume) queue.keep_rows_that_see(set, learner->field());
     standing.clear();
-    if (!set.ground) return;
-    const Box box_m = learner->field().standing_box_m(set.ground->height_m);
-    for (const PosedImage& image : set.images)
-      standing.push_back(standing_view(image.acquisition, box_m, set.ground->height_m));
+    if (!set.ground && !set.clutter) return;
+    const double height_m = set.ground ? set.ground->height_m : set.clutter->ground->height_m;
+    const Box box_m = set.ground ? learner->field().standing_box_m(height_m) : learner->field().occupied_box_m();
+    for (const PosedImage& image : set.images) standing.push_back(standing_view(image.acquisition, box_m, height_m));
   }
 
   /// Of a training that goes on at the pace so far.
@@ -79,6 +80,11 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options) : state_(std::m
   state_->learner = make_learner(state_->set, options);
   for (const PosedImage& image : state_->set.images)
     state_->mean_square_of_set += mean_square(image.power.pixels()) / static_cast<double>(state_->set.images.size());
+  if (state_->set.clutter) {
+    const LevelGround& ground = *state_->set.clutter->ground;
+    for (const float t : ground.texture.pixels()) state_->clutter_level += double{t};
+    state_->clutter_level *= ground.gain.front() / static_cast<double>(ground.texture.pixels().size());
+  }
   state_->queue = RowQueue(options.seed);
   state_->look_at_field(false);
 }
@@ -116,9 +122,15 @@ StepReport Trainer::step(double progress) {
     const torch::Tensor truth = torch::from_blob(wanted.data(), {n}, torch::kFloat);
     const torch::Tensor pixels = s.learner->field().render_rows(rows, s.sampling(progress));
     const torch::Tensor counting = torch::from_blob(counts.data(), {n}, torch::kFloat);
-    const torch::Tensor squares = ((pixels - truth) * counting).square().sum() * inverse_peak2;
+    torch::Tensor errors = (pixels - truth) * counting;
+    double scale = inverse_peak2;
+    if (s.options.speckle_floor > 0.0 && s.set.clutter) {
+      errors = errors / (pixels.detach().clamp_min(0.0) + s.options.speckle_floor * s.clutter_level);
+      scale = 1.0;
+    }
+    const torch::Tensor squares = errors.square().sum() * scale;
     loss = squares.item<double>() / std::max(1.0, counting.sum().item<double>());
-    const double black = inverse_peak2 * (mean_square(wanted) + s.mean_square_of_set);
+    const double black = scale * (mean_square(wanted) + s.mean_square_of_set);
     if (!std::isfinite(loss) || (loss > kDivergence * s.least_loss && loss > kWorseThanBlack * black))
       throw NumericsError("training diverges: at step " + std::to_string(s.steps + 1) + " the mean square error is " +
                           std::to_string(loss) + " of the peak's square; use lower learning rates");

@@ -67,6 +67,7 @@ void for_each_option(Options& o, Visit&& visit) {
   visit("final_rate", o.final_rate);
   visit("distortion", o.distortion);
   visit("final_distortion", o.final_distortion);
+  visit("speckle_floor", o.speckle_floor);
   visit("seed", o.seed);
 }
 

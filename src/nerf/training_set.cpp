@@ -38,6 +38,11 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m)
                      "with another aim point than the dataset says?");
   set.bright = mean_of_brightest(images);
   set.ground = find_bare_ground(images, set.box_m);
+  if (!set.ground) set.clutter = find_clutter(images, set.box_m);
+  if (set.clutter) {
+    for (std::size_t v = 0; v < images.size(); ++v)
+      for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / set.clutter->gain[v]);
+  }
   set.images = std::move(images);
   return set;
 }

@@ -11,6 +11,7 @@
 #include "sarnerf/field/field_sampler.h"
 #include "sarnerf/field/occupancy.h"
 #include "sarnerf/nerf/learned_field.h"
+#include "sarnerf/nerf/level_ground.h"
 #include "sarnerf/nerf/training_set.h"
 
 namespace sarnerf {
@@ -82,6 +83,9 @@ class GridField : public LearnedField {
 
   /// Parameters a [n_active] and b [n_active, n_harmonics], float32, requiring gradients.
   torch::Tensor log_depth, coefficients;
+
+  /// What rays end on, if anything.
+  std::shared_ptr<const LevelGround> ground;
 
   /// κ (1/m) and γ_lm as a grid: [n_voxels × (1 + n_harmonics)]. The second writes those of active voxels into an
   /// array that holds zeros elsewhere, or makes it.

@@ -14,6 +14,7 @@
 namespace sarnerf {
 
 class VolumeMarcher;
+struct LevelGround;
 struct RowPart;
 
 /// How densely a row is sampled by rays.
@@ -52,9 +53,11 @@ struct RowMemory;
 class RowRenderer {
  public:
   /// All arguments must outlive the renderer. The grid's frame is centred on the aim point. `memory` may be that of
-  /// a former renderer with the same topology and channels: what it allocated is used again.
+  /// a former renderer with the same topology and channels: what it allocated is used again. With a
+  /// `ground`, rays end on it and rows show it.
   RowRenderer(const BrickView<const float>& values, const FieldChannels& channels, const Occupancy& occupancy,
-              const RaySampling& sampling, std::shared_ptr<RowMemory> memory = nullptr);
+              const RaySampling& sampling, std::shared_ptr<RowMemory> memory = nullptr,
+              const LevelGround* ground = nullptr);
   ~RowRenderer();
   RowRenderer(RowRenderer&&) noexcept;
   RowRenderer& operator=(RowRenderer&&) noexcept;
@@ -79,6 +82,7 @@ class RowRenderer {
   const Occupancy* occupancy_;
   RaySampling sampling_;
   Box box_m_;  ///< of the occupied cells
+  const LevelGround* ground_;
   std::shared_ptr<RowMemory> memory_;
 };
 

@@ -26,6 +26,9 @@ struct TrainerOptions {
   double final_rate = 0.02;    ///< learning rates fall exponentially to this share, less far in under 100 steps
   double distortion = 1e-3;    ///< weight of ray_distortion.h, relative to squares of the peak; falls by the next
   double final_distortion = 0.1;  ///< its share at the end
+  /// Above 0, errors count in proportion to what is predicted, as the likelihood of speckle has it, but not below this share of
+  /// the ground's brightness: gradients (μ − I) / (μ + floor)². 0: squares of power.
+  double speckle_floor = 0.0;
   std::uint64_t seed = 1;
 };
 

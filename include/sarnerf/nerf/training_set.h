@@ -7,6 +7,7 @@
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/geometry/box.h"
 #include "sarnerf/nerf/bare_ground.h"
+#include "sarnerf/nerf/clutter.h"
 
 namespace sarnerf {
 
@@ -16,7 +17,8 @@ struct TrainingSet {
   Box box_m;                       ///< where matter may be, relative to the aim point
   float peak = 0.0f;               ///< largest pixel: what PSNR refers to
   float bright = 0.0f;             ///< mean of the brightest hundredth of the pixels above 0: scale of the brightness
-  std::optional<BareGround> ground;  ///< a level ground, where the images show one
+  std::optional<BareGround> ground;  ///< a level ground, where the images show one pixel by pixel
+  std::optional<Clutter> clutter;    ///< else one under speckle
 };
 
 /// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest. Throws InputError for

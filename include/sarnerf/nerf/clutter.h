@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/geometry/box.h"
+#include "sarnerf/nerf/level_ground.h"
+
+namespace sarnerf {
+
+/// A level ground whose images scatter: speckle. Single pixels tell nothing there, means over views and places do.
+struct Clutter {
+  std::shared_ptr<const LevelGround> ground;
+  std::vector<double> gain;  ///< of each view, over that of the ground at its incidence
+  std::vector<Image<std::uint8_t>> like_ground;  ///< of each view: pixels whose surroundings are as bright as the ground
+  double deviation = 0.0;    ///< relative deviation of pixels from the ground, robust (1.48 × median)
+};
+
+/// Looks for clutter at the bottom of the scene's box; images and box relative to the aim point. Gains are medians over
+/// views. Pixels whose surroundings are between half and twice as bright as the ground look like it; their mean over
+/// views, turned onto the plane, is the texture, smoothed by the Gaussian with which every other view predicts the
+/// remaining ones best; in two rounds, from uniform ground. Nothing where images have no background or are fewer than 6.
+///
+/// Cost: views × cells and views × pixels, some 50 ns each, in parallel.
+std::optional<Clutter> find_clutter(std::span<const PosedImage> images, const Box& box_m);
+
+}  // namespace sarnerf

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "sarnerf/core/image.h"
+#include "sarnerf/geometry/acquisition.h"
+
+namespace sarnerf {
+
+/// A level, opaque ground that rays end on, as it looks by itself. A surface and no voxels: what a ray has left when it
+/// meets the ground brings back the ground's own image, so that clutter costs nothing where nothing stands.
+///
+///     β⁰(i, j) = Σ voxels + S(i, j) g(θ) t(x, z)
+///
+/// with S the two-way transmittance from the radar to the place (x, z) that pixel (i, j) sees of the ground, its
+/// texture t, and its gain g at the view's incidence.
+struct LevelGround {
+  double height_m = 0.0;  ///< relative to the aim point
+  double cell_m = 1.0;    ///< of the texture
+  double first_x_m = 0.0, first_z_m = 0.0;    ///< centre of texture(0, 0)
+  Image<float> texture;                       ///< [x, z] β⁰ at a gain of 1
+  std::vector<double> incidence_rad, gain;    ///< of each pitch, ascending
+
+  /// Texture at a place, bilinear, beyond its border that of the border.
+  double texture_at(double x_m, double z_m) const;
+
+  /// Gain at an incidence: linear between pitches, beyond them that of the last.
+  double gain_at(double incidence_rad) const;
+};
+
+/// What the bins of a row see of a ground.
+struct GroundBins {
+  std::vector<double> angle_rad;  ///< of the rays that meet it at the bins' centres; NaN nearer than the plane
+  std::vector<float> power;       ///< β⁰ of the bare ground; 0 nearer than the plane
+};
+GroundBins ground_bins(const LevelGround& ground, const Acquisition& acquisition, int row);
+
+}  // namespace sarnerf
