@@ -48,7 +48,8 @@ struct Cube {
 };
 
 Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec3& aim_m) {
-  glm::dvec3 centre_m(0.0, matter_m.centre().y, 0.0);
+  // What is higher than the cube is fog that no view has seen to be empty, over what stands at its bottom.
+  glm::dvec3 centre_m(0.0, std::min(matter_m.centre().y, matter_m.min.y + 0.5 * options.extent_m), 0.0);
   if (options.centre_m) centre_m = *options.centre_m - aim_m;
   Cube cube;
   cube.box_m = {centre_m - 0.5 * options.extent_m, centre_m + 0.5 * options.extent_m};

@@ -162,6 +162,21 @@ TEST_CASE("the learned lattice is taken as it is") {
   CHECK(read.grid.view().voxel(there, offset_in_brick(wall))[0] == Approx(5.0 / (2.0 * kVoxel_m)).epsilon(1e-6));
 }
 
+TEST_CASE("the cube is where things stand") {
+  const auto under_fog = [](const glm::dvec3& p) { return p.y > 5.0 ? Matter{1e-3} : hollow_box(p); };
+  const Model model = model_of(field_of(under_fog), {500.0, 20.0, -300.0});
+  const Box matter_m = model.field->occupied_box_m();
+  REQUIRE(matter_m.size().y > 5.0);
+  ExtractOptions options = fine();
+  const Box all_m = extract(model, options).box_m;
+  CHECK(all_m.centre().y == Approx(20.0 + matter_m.centre().y));
+  options.extent_m = 5.0;  // less than matter is high
+  const Box lower_m = extract(model, options).box_m;
+  CHECK(lower_m.min.y == Approx(20.0 + matter_m.min.y));
+  CHECK(lower_m.centre().x == Approx(500.0));
+  CHECK(lower_m.centre().z == Approx(-300.0));
+}
+
 TEST_CASE("Otsu's threshold parts fog from matter") {
   std::vector<float> values;
   for (int n = 0; n < 1000; ++n) values.push_back(static_cast<float>(0.01 * (1.0 + 0.001 * n)));
