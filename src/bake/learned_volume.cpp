@@ -79,13 +79,13 @@ LearnedVolume resampled(const LearnedVolume& volume, const VoxelLattice& lattice
     std::vector<glm::vec3> points_m(kBrickVoxels);
     for (std::size_t b = begin; b < end; ++b) {
       for (int v = 0; v < kBrickVoxels; ++v) {
-        const glm::ivec3 voxel = bricks[b] * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+        const glm::ivec3 voxel = bricks[b] * kBrickSide + voxel_in_brick(v);
         points_m[static_cast<std::size_t>(v)] = glm::vec3(lattice.transform.world_from_index(glm::dvec3(voxel)));
       }
       const std::span<float> values = out.values.subspan(b * per_brick, per_brick);
       sampler.sample(points_m, values);
       for (int v = 0; v < kBrickVoxels; ++v) {
-        const glm::ivec3 voxel = bricks[b] * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+        const glm::ivec3 voxel = bricks[b] * kBrickSide + voxel_in_brick(v);
         const bool wanted = glm::all(glm::greaterThanEqual(voxel, lattice.first)) &&
                             glm::all(glm::lessThanEqual(voxel, lattice.last));
         float* const value = &values[static_cast<std::size_t>(v * n_channels)];

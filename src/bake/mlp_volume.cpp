@@ -80,12 +80,12 @@ LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::s
   BrickFinder finder(cache.occupancy().bricks());
   const auto place_m = [&](std::size_t place) {
     const auto v = static_cast<int>(place % kBrickVoxels);
-    const glm::ivec3 voxel = bricks[place / kBrickVoxels] * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+    const glm::ivec3 voxel = bricks[place / kBrickVoxels] * kBrickSide + voxel_in_brick(v);
     return lattice.transform.world_from_index(glm::dvec3(voxel));
   };
   for (std::size_t place = 0; place < bricks.size() * kBrickVoxels; ++place) {
     const auto v = static_cast<int>(place % kBrickVoxels);
-    const glm::ivec3 voxel = bricks[place / kBrickVoxels] * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+    const glm::ivec3 voxel = bricks[place / kBrickVoxels] * kBrickSide + voxel_in_brick(v);
     if (glm::any(glm::lessThan(voxel, lattice.first)) || glm::any(glm::greaterThan(voxel, lattice.last))) continue;
     const glm::ivec3 cell = glm::ivec3(glm::floor(cache.transform().index_from_world(place_m(place))));
     const std::uint32_t brick = finder.find(brick_of_voxel(cell));

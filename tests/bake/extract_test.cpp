@@ -37,7 +37,7 @@ std::unique_ptr<GridField> field_of(const Of& matter_at) {
       for (int z = -3; z < 3; ++z) {
         topology.insert({x, y, z});
         for (int v = 0; v < kBrickVoxels; ++v) {
-          const glm::ivec3 voxel = glm::ivec3(x, y, z) * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+          const glm::ivec3 voxel = glm::ivec3(x, y, z) * kBrickSide + voxel_in_brick(v);
           const Matter matter = matter_at(transform.world_from_index(glm::dvec3(voxel)));
           active.push_back(matter.depth > 0.0 ? 1 : 0);
           if (active.back() == 0) continue;
