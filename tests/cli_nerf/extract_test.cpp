@@ -63,6 +63,15 @@ TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
     };
     CHECK(bytes("one.vdb") == bytes("two.vdb"));
   }
+  SECTION("the volume is called by the run, however that is named") {
+    std::filesystem::copy_file(scene / "run/model.pt", scene / "other.pt");
+    for (const auto& [model, name] : {std::pair("run", "run.vdb"), std::pair("run/", "run.vdb"),
+                                      std::pair("run/model.pt", "run.vdb"), std::pair("other.pt", "other.vdb")}) {
+      const Outcome named = scene.extract({model, "--resolution", "20", "--overwrite", "-q"});
+      INFO(model << ": " << named.err);
+      CHECK(named.out.starts_with(std::string(name) + "\n"));
+    }
+  }
   SECTION("a truth in other units is told") {
     const Outcome told =
         scene.extract({"run", "u.vdb", "--resolution", "30", "--truth", "cube.obj", "--truth-units", "mm"});
