@@ -6,9 +6,11 @@
 
 #include "../nerf/torch_catch.h"
 #include "learned_volume.h"
+#include "map_memory.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/model_file.h"
 #include "surface_checks.h"
 
 using namespace sarnerf;
@@ -188,6 +190,21 @@ TEST_CASE("Otsu's threshold parts fog from matter") {
   CHECK(otsu_threshold({2.0f, 2.0f}) == Approx(2.0).epsilon(1e-6));
 }
 
+TEST_CASE("what views see counts as memory, in proportion to the rays") {
+  const std::vector<Acquisition> one(1, acquisition_of(model_of(nullptr).info.training_views.front(), glm::dvec3(0.0)));
+  const std::vector<Acquisition> ten(10, one.front());
+  const Box box_m{glm::dvec3(-5.0, 0.0, -4.0), glm::dvec3(5.0, 6.0, 4.0)};
+  // From azimuth 0 at 35° the box is 10 m along track and 8 cos 35° + 6 sin 35° = 10 m across: 100 × 100 rays of 0.1 m.
+  const auto bytes = static_cast<double>(return_map_bytes(one, box_m, 0.1));
+  CHECK(bytes >= 12.0 * 100 * 100);
+  CHECK(bytes < 30.0 * 104 * 104);
+  CHECK(static_cast<double>(return_map_bytes(ten, box_m, 0.1)) == Approx(10.0 * bytes).epsilon(1e-3));
+  CHECK(static_cast<double>(return_map_bytes(one, box_m, 0.01)) == Approx(100.0 * bytes).epsilon(0.1));
+  CHECK(memory_beside_maps(ten, box_m, 0.1, 0) == 0);
+  CHECK(memory_beside_maps(ten, box_m, 0.1, 1 << 30) == (1 << 30) - return_map_bytes(ten, box_m, 0.1));
+  CHECK_THROWS_AS(memory_beside_maps(ten, box_m, 0.1, return_map_bytes(ten, box_m, 0.1)), UsageError);
+}
+
 TEST_CASE("what cannot be extracted is told with what would do") {
   const Model model = model_of(field_of(hollow_box));
   const auto message = [&](const ExtractOptions& options) {
@@ -207,6 +224,13 @@ TEST_CASE("what cannot be extracted is told with what would do") {
   options = fine();
   options.max_memory_bytes = 1000;
   CHECK(message(options).find("--max-memory") != std::string::npos);
+  // 54 views of a field of 10 × 6 × 8 m and rays 0.13 m apart need far more than a shell's voxels of half a metre.
+  options = fine();
+  options.resolution = 20;
+  options.max_memory_bytes = 3 << 20;
+  CHECK(message(options).find("--shell") != std::string::npos);
+  options.body = Body::shell;
+  CHECK(message(options) == "nothing");
   const Model empty = model_of(field_of([](const glm::dvec3&) { return Matter{}; }));
   CHECK_THROWS_AS(extract(empty, fine()), UsageError);
 }
