@@ -45,7 +45,7 @@ void add_options(CommandLine& command, Texts& t) {
   add("--resolution", t.resolution, "N|native",
       "Voxels along a side of the extent; native: the learned lattice, all of it");
   add("--extent", t.extent, "M", "Side of the cube that is extracted");
-  add("--centre", t.centre, "X,Y,Z|auto", "Of the cube (m); auto: over the aim point, where matter is, at its bottom if it is higher");
+  add("--centre", t.centre, "X,Y,Z|auto", "Of the cube (m); auto: over the aim point, where matter is, near its bottom if it is higher");
 
   command.begin_group("Body (occupancy, mesh and scores; extinction and brightness stay as they were learned)");
   command.add_flag("--solid", t.solid, "Surfaces that the training views see, and all behind them (default)");

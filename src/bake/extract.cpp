@@ -32,8 +32,10 @@ struct Cube {
 };
 
 Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec3& aim_m) {
-  // What is higher than the cube is fog that no view has seen to be empty, over what stands at its bottom.
-  glm::dvec3 centre_m(0.0, std::min(matter_m.centre().y, matter_m.min.y + 0.5 * options.extent_m), 0.0);
+  // What is higher than the cube is fog that no view has seen to be empty, over what stands at its bottom. The cube reaches
+  // below that, so that its own bottom does not pass for the body's.
+  const bool fits = matter_m.size().y <= options.extent_m;
+  glm::dvec3 centre_m(0.0, fits ? matter_m.centre().y : matter_m.min.y + 0.25 * options.extent_m, 0.0);
   if (options.centre_m) centre_m = *options.centre_m - aim_m;
   Cube cube;
   cube.box_m = {centre_m - 0.5 * options.extent_m, centre_m + 0.5 * options.extent_m};

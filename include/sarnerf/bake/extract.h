@@ -25,7 +25,7 @@ struct ExtractOptions {
   /// third of the cache's for `mlp`, over all that the field holds.
   int resolution = 256;
   double extent_m = 20.0;
-  std::optional<glm::dvec3> centre_m;  ///< of the cube, world; else over the aim point, around matter; at its bottom if it is higher
+  std::optional<glm::dvec3> centre_m;  ///< of the cube, world; else over the aim point, around matter; near its bottom if it is higher
   Body body = Body::solid;
   std::optional<double> threshold_per_m;   ///< one-way extinction of voxels that count as matter; else by its histogram
   std::optional<double> ground_height_m;   ///< world; the body ends there. Else it ends where returns do
