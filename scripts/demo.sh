@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds, renders every scene shipped in data/, and learns one of them.
+# Installs what is missing, builds, renders every scene shipped in data/, learns one of them, and extracts it as a body.
 set -eu
 
 case "${1-}" in
@@ -8,7 +8,8 @@ case "${1-}" in
   -h | --help)
     cat <<EOF
 Usage: scripts/demo.sh
-Installs missing packages, builds build/release, renders the scenes of data/ to out/demo and learns one of them.
+Installs missing packages, builds build/release, renders the scenes of data/ to out/demo, learns one of
+them and takes it out of the model, as a volume, a mesh and a picture, compared with the truth.
 EOF
     exit 0 ;;
   *) echo "demo: expected no arguments, found '$1'" >&2; exit 2 ;;
@@ -17,7 +18,7 @@ esac
 cd "$(dirname "$0")/.."
 scripts/setup.sh
 cmake --preset release
-cmake --build --preset release --target sar_render sar_nerf_train sar_nerf_render
+cmake --build --preset release --target sar_render sar_nerf_train sar_nerf_render sar_extract
 
 out=out/demo
 mkdir -p "$out"
@@ -38,12 +39,14 @@ for scene in cuboid platform_upright platform_inverted; do
 done
 render data/street.json --pitch 40 --azimuth 20 --spacing 0.1 -o "$out/street"
 
-# 36 views of the cuboid; what is learned from them, judged on views between them.
+# 36 views of the cuboid; what is learned from them, judged on views between them; the body that they see.
 render data/cuboid.json --pitch 45 --azimuth 0:350:10 --size 128x128 --spacing 0.3 -o "$out/cuboid_36"
 render data/cuboid.json --pitch 45 --azimuth 5:355:10 --size 128x128 --spacing 0.3 -o "$out/cuboid_between"
 build/release/apps/sar_nerf_train/sar_nerf_train "$out/cuboid_36" --time 20s --against "$out/cuboid_between" \
   -o "$out/cuboid_run" --overwrite
 build/release/apps/sar_nerf_render/sar_nerf_render "$out/cuboid_run" --azimuth 12.5 -o "$out/cuboid_unseen" --overwrite
+build/release/apps/sar_extract/sar_extract "$out/cuboid_run" "$out/cuboid_body.vdb" --mesh "$out/cuboid_body.ply" \
+  --preview "$out/cuboid_body.png" --truth data/cuboid.json --overwrite
 
 # A sweep writes a dataset folder.
 render data/truck.obj --pitch 60 --azimuth 0:350:10 --spacing 0.1 -o "$out/truck_turning"

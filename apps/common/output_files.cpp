@@ -2,6 +2,7 @@
 #include "output_files.h"
 
 #include <system_error>
+#include <vector>
 
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
@@ -38,6 +39,16 @@ void require_possible(const std::filesystem::path& folder) {
     existing = existing.parent_path();
   }
   require_writable(existing);
+}
+
+void remove_files(const std::filesystem::path& folder, const std::function<bool(const std::filesystem::path&)>& condition) {
+  // Chosen first, since it is open whether reading a folder sees what is removed meanwhile.
+  std::vector<std::filesystem::path> chosen;
+  std::error_code missing;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, missing)) {
+    if (entry.is_regular_file() && condition(entry.path())) chosen.push_back(entry.path());
+  }
+  for (const std::filesystem::path& path : chosen) std::filesystem::remove(path);
 }
 
 void refuse_input(const std::filesystem::path& output,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 
@@ -16,6 +17,9 @@ std::filesystem::path with_ending(const std::filesystem::path& base, const std::
 
 /// Throws Error unless the folder can be written to, or created. Creates nothing.
 void require_possible(const std::filesystem::path& folder);
+
+/// Removes the files of a folder, and none of folders in it, that meet a condition; a folder that is missing has none.
+void remove_files(const std::filesystem::path& folder, const std::function<bool(const std::filesystem::path&)>& condition);
 
 /// Throws UsageError when a file to be written is one of the inputs; empty ones are passed over.
 void refuse_input(const std::filesystem::path& output,

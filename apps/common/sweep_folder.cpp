@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <functional>
 #include <system_error>
 #include <vector>
 
+#include "output_files.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/dataset/manifest.h"
 
@@ -21,16 +21,6 @@ bool is_view(const std::filesystem::path& path, std::string_view ending) {
   return path.extension() == ending && stem.size() > kStem.size() && stem.starts_with(kStem) &&
          std::all_of(stem.begin() + kStem.size(), stem.end(),
                      [](unsigned char c) { return std::isdigit(c) != 0; });
-}
-
-void remove_if(const std::filesystem::path& folder,
-               const std::function<bool(const std::filesystem::path&)>& condition) {
-  std::vector<std::filesystem::path> chosen;
-  std::error_code code;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, code)) {
-    if (entry.is_regular_file() && condition(entry.path())) chosen.push_back(entry.path());
-  }
-  for (const std::filesystem::path& path : chosen) std::filesystem::remove(path);
 }
 
 }  // namespace
@@ -81,16 +71,16 @@ void SweepFolder::clear() const {
   std::filesystem::remove(manifest());
   std::filesystem::remove(report());
   std::filesystem::remove(checksums());
-  remove_if(images(), [](const auto& path) { return is_view(path, ".tif"); });
-  remove_if(pngs(), [](const auto& path) { return is_view(path, ".png"); });
-  remove_if(layers(), [this](const auto& path) { return is_layer(path); });
+  remove_files(images(), [](const auto& path) { return is_view(path, ".tif"); });
+  remove_files(pngs(), [](const auto& path) { return is_view(path, ".png"); });
+  remove_files(layers(), [this](const auto& path) { return is_layer(path); });
   std::error_code not_empty;
   std::filesystem::remove(layers(), not_empty);
   std::filesystem::remove(recipe());
 }
 
 void SweepFolder::remove_temporary_files() const {
-  for (const auto& folder : {folder_, images(), pngs(), layers()}) remove_if(folder, AtomicFiles::is_temporary);
+  for (const auto& folder : {folder_, images(), pngs(), layers()}) remove_files(folder, AtomicFiles::is_temporary);
 }
 
 }  // namespace sarnerf::app

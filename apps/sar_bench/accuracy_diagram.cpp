@@ -2,21 +2,14 @@
 #include "accuracy_diagram.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <functional>
 #include <limits>
 
+#include "sarnerf/core/format.h"
 #include "sarnerf/report/table.h"
 
 namespace sarnerf::bench {
 namespace {
-
-template <class... Arguments>
-std::string format(const char* pattern, Arguments... arguments) {
-  char text[160];
-  std::snprintf(text, sizeof text, pattern, arguments...);
-  return text;
-}
 
 PlotPoint point(const Accuracy& a) { return {a.seconds * 1e3, a.error * 100.0, {}, {}}; }
 

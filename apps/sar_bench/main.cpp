@@ -10,6 +10,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "accuracy_diagram.h"
+#include "extraction_command.h"
 #include "learning.h"
 #include "sarnerf/report/raster.h"
 #include "studies.h"
@@ -108,7 +109,7 @@ void refuse_to_replace(const std::filesystem::path& result, const std::filesyste
   }
 }
 
-void run(int argc, char** argv) {
+void run(int argc, char** argv, sarnerf::app::Console& console) {
   CLI::App app("Measures sarnerf: error and time, as ratios in one run, with their spread. The result "
                "is JSON on standard output.");
   Options o;
@@ -137,6 +138,8 @@ void run(int argc, char** argv) {
   CLI::App* voxel = app.add_subcommand(
       "voxel", "Voxel engine beside the surface engine: time, error and memory over voxel sizes");
   add_common(*voxel, o);
+  sarnerf::bench::ExtractionOptions extraction_options;
+  const CLI::App& extraction = sarnerf::bench::add_extraction_command(app, extraction_options);
   app.add_subcommand("learning", "Held-out PSNR against seconds, each field and plain LibTorch (sar_nerf_bench)");
   if (argc > 1 && std::string(argv[1]) == "learning") sarnerf::bench::become_learning_bench(argc, argv);
   try {
@@ -149,6 +152,10 @@ void run(int argc, char** argv) {
     throw sarnerf::UsageError(std::string(error.what()) + " (see --help)");
   }
   if (app.get_subcommands().empty()) throw_unknown_study(app);
+  if (extraction.parsed()) {
+    sarnerf::bench::run_extraction_command(extraction_options, console);
+    return;
+  }
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
   for (const std::filesystem::path input : o.study.scene_files) {
     refuse_to_replace(o.json_file, input);
@@ -180,5 +187,5 @@ void run(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace sarnerf::app;
   Console console("sar_bench");
-  return run_program(console, [&] { run(argc, argv); });
+  return run_program(console, [&] { run(argc, argv, console); });
 }

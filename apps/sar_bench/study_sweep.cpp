@@ -4,43 +4,24 @@
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
+#include "programs.h"
 #include "studies.h"
 #include "timing.h"
 
 namespace sarnerf::bench {
-namespace {
-
 namespace fs = std::filesystem;
 
-std::string quoted(const fs::path& path) {
-  std::string text = "'";
-  for (const char c : path.string()) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
-
-/// sar_render of the same build or installation.
-fs::path find_sar_render() {
-  const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
-  for (const fs::path& place : {here / "sar_render", here / ".." / "sar_render" / "sar_render"}) {
-    if (fs::exists(place)) return fs::weakly_canonical(place);
-  }
-  throw Error("sar_render is not beside sar_bench in " + here.string() +
-              ": build it, or install both");
-}
-
-}  // namespace
-
 nlohmann::json study_sweep(const StudyOptions& options) {
-  const fs::path program = find_sar_render();
+  const fs::path program = program_beside("sar_render");
   // A fresh folder of our own: only what lies in it is ever removed.
   std::string place = (fs::temp_directory_path() / "sar_bench_sweep_XXXXXX").string();
   if (::mkdtemp(place.data()) == nullptr) throw Error("cannot create a folder like " + place);
   const fs::path folder = fs::path(place) / "sweep";
   nlohmann::json results = nlohmann::json::array();
   for (const std::string& file : options.scene_files) {
-    const std::string command = quoted(program) + " " + quoted(fs::absolute(file)) +
+    const std::string command = quoted(program.string()) + " " + quoted(fs::absolute(file).string()) +
                                 " --pitch 45 --azimuth 0:359:1 --size 128x128 --spacing 0.3 -q " +
-                                options.render_flags + " -o " + quoted(folder) + " > /dev/null 2>&1";
+                                options.render_flags + " -o " + quoted(folder.string()) + " > /dev/null 2>&1";
     const auto sweep = [&] {
       fs::remove_all(folder);
       if (std::system(command.c_str()) != 0) throw Error("this command failed, run it to see why: " + command);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "listing.h"
+#include "model_place.h"
 #include "output_files.h"
 #include "process.h"
 #include "recipe_file.h"
@@ -15,6 +16,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/sha256.h"
 #include "sarnerf/nerf/mlp_field.h"
+#include "sarnerf/nerf/model_file.h"
 #include "scoring.h"
 #include "torch_setup.h"
 #include "values.h"
@@ -41,7 +43,7 @@ Paths paths_of(const Options& o) {
 Json request_of(const Options& o, const std::string& model_sha256) {
   const ExtractOptions& e = o.extract;
   Json j;
-  j["model"] = {{"file", o.model_file().filename().string()}, {"sha256", model_sha256}};
+  j["model"] = {{"file", model_file(o.model).filename().string()}, {"sha256", model_sha256}};
   j["volume"] = e.resolution == 0 ? Json{{"resolution", "native"}}
                                   : Json{{"resolution", e.resolution}, {"extent_m", e.extent_m}};
   if (e.centre_m) j["volume"]["centre_m"] = {e.centre_m->x, e.centre_m->y, e.centre_m->z};
@@ -83,7 +85,7 @@ std::optional<std::string> finished(const Options& o, const Paths& paths, const 
 }
 
 void require_places(const Options& o, const Paths& paths) {
-  const std::vector<std::filesystem::path> inputs{o.model_file(), o.truth, o.shared.config_file};
+  const std::vector<std::filesystem::path> inputs{model_file(o.model), o.truth, o.shared.config_file};
   for (const auto& path : {paths.volume, paths.recipe, paths.report, o.mesh, o.preview}) {
     if (path.empty()) continue;
     refuse_input(path, inputs);
@@ -154,7 +156,7 @@ Json report_json(const Options& o, const Extraction& x, const std::optional<Scor
 std::string extract_and_write(const Options& o, Console& console, const Monitor& monitor) {
   const Paths paths = paths_of(o);
   require_places(o, paths);
-  const std::string sha256 = sha256_of_file(o.model_file());
+  const std::string sha256 = sha256_of_file(model_file(o.model));
   const Json request = request_of(o, sha256);
   if (!o.overwrite) {
     if (const auto printed = finished(o, paths, request)) {
@@ -162,7 +164,7 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
       return *printed;
     }
   }
-  const Model model = read_model(o.model_file());
+  const Model model = read_model(model_file(o.model));
   const auto* const mlp = dynamic_cast<const MlpField*>(model.field.get());
   use_torch_threads(mlp ? o.shared.n_threads : 1);
   if (mlp) warn_of_slow_blas(mlp->kernel(), console);

@@ -4,6 +4,8 @@
 #include <cctype>
 
 #include "command_line.h"
+#include "folder_name.h"
+#include "model_place.h"
 #include "sarnerf/bake/write_mesh.h"
 #include "sarnerf/core/error.h"
 #include "values.h"
@@ -43,7 +45,7 @@ void add_options(CommandLine& command, Texts& t) {
   add("--resolution", t.resolution, "N|native",
       "Voxels along a side of the extent; native: the learned lattice, all of it");
   add("--extent", t.extent, "M", "Side of the cube that is extracted");
-  add("--centre", t.centre, "X,Y,Z|auto", "Of the cube (m); auto: over the aim point, as high as the matter");
+  add("--centre", t.centre, "X,Y,Z|auto", "Of the cube (m); auto: over the aim point, where matter is, near its bottom if it is higher");
 
   command.begin_group("Body (occupancy, mesh and scores; extinction and brightness stay as they were learned)");
   command.add_flag("--solid", t.solid, "Surfaces that the training views see, and all behind them (default)");
@@ -68,10 +70,6 @@ void add_options(CommandLine& command, Texts& t) {
 
   command.add_shared_options();
   p.footer(kExamples);
-}
-
-std::filesystem::path without_slash(const std::filesystem::path& folder) {
-  return folder.has_filename() ? folder : folder.parent_path();
 }
 
 std::string lower_ending(const std::filesystem::path& path) {
@@ -110,13 +108,7 @@ Options resolve(const Texts& t, const CommandLine& command) {
       if (parser.get_option(name)->count() > 0)
         throw UsageError(std::string("--resolution native takes all that was learned; leave out ") + name);
   }
-  if (t.output.empty()) {
-    std::error_code ignored;
-    const auto full = without_slash(std::filesystem::weakly_canonical(o.model, ignored));
-    o.output = (full.filename() == "model.pt" ? full.parent_path().filename() : full.stem()).string() + ".vdb";
-  } else {
-    o.output = t.output;
-  }
+  o.output = t.output.empty() ? model_name(o.model) + ".vdb" : t.output;
   require_ending("OUT", o.output, ".vdb");
   o.mesh = t.mesh;
   if (!o.mesh.empty()) require_mesh_ending(o.mesh);
@@ -137,11 +129,6 @@ Options resolve(const Texts& t, const CommandLine& command) {
 }
 
 }  // namespace
-
-std::filesystem::path Options::model_file() const {
-  std::error_code ignored;
-  return std::filesystem::is_directory(model, ignored) ? model / "model.pt" : model;
-}
 
 std::optional<Options> parse_options(int argc, char** argv) {
   CommandLine command("sar_extract", kDescription);

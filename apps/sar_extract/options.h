@@ -25,8 +25,6 @@ struct Options {
   bool overwrite = false;
   bool explain = false;
   SharedOptions shared;
-
-  std::filesystem::path model_file() const;
 };
 
 /// Empty when help or the version was asked for and has been printed. Throws UsageError, and InputError for a bad

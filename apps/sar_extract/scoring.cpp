@@ -9,9 +9,10 @@
 
 #include "sarnerf/bake/carved_solid.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/stopwatch.h"
 #include "sarnerf/dataset/fingerprint.h"
+#include "sarnerf/nerf/model_file.h"
 #include "sarnerf/report/table.h"
-#include "stopwatch.h"
 
 namespace sarnerf::app {
 namespace {

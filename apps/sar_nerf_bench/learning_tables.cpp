@@ -1,23 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "learning_output.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/report/table.h"
 
 namespace sarnerf::bench {
 namespace {
 
 constexpr double kLevels_db[] = {30.0, 35.0, 40.0, 45.0, 48.0};
-
-template <class... Arguments>
-std::string format(const char* pattern, Arguments... arguments) {
-  char text[120];
-  std::snprintf(text, sizeof text, pattern, arguments...);
-  return text;
-}
 
 std::string seconds_text(const std::optional<double>& s) {
   if (!s) return "-";

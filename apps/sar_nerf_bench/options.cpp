@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "command_line.h"
+#include "folder_name.h"
 #include "sarnerf/core/closest_name.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/input_text.h"
@@ -88,10 +89,6 @@ Contest contest_of(const std::string& fields, const std::vector<std::string>& ti
   return contest;
 }
 
-std::filesystem::path without_slash(const std::filesystem::path& folder) {
-  return folder.has_filename() ? folder : folder.parent_path();
-}
-
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv) {
@@ -142,18 +139,13 @@ std::optional<Options> parse_options(int argc, char** argv) {
   if (!command.parse(argc, argv)) return std::nullopt;
 
   Options o;
-  o.training = without_slash(training);
-  o.against = without_slash(against);
+  o.training = app::without_slash(training);
+  o.against = app::without_slash(against);
   o.contest = contest_of(fields, times, quick);
   o.n_seeds = static_cast<int>(app::parse_whole("--seeds", seeds, 1, 1000));
   o.n_views = static_cast<std::size_t>(app::parse_whole("--views", views, 1, 1'000'000));
-  o.output = without_slash(output);
-  if (o.output.empty()) {
-    std::error_code ignored;
-    const auto name =
-        without_slash(std::filesystem::weakly_canonical(o.training, ignored)).filename();
-    o.output = name.string() + "_learning";
-  }
+  o.output = app::without_slash(output);
+  if (o.output.empty()) o.output = app::full_path(o.training).filename().string() + "_learning";
   o.overwrite = overwrite;
   o.shared = command.shared_options();
   return o;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "model_place.h"
 #include "process.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/sha256.h"
@@ -100,7 +101,7 @@ void refuse_beyond_memory(const Job& job) {
 Job prepare(const Options& options) {
   Job job;
   job.options = options;
-  const auto file = options.model_file();
+  const auto file = model_file(options.model);
   job.model = read_model(file);
   job.quantity = options.quantity.value_or(job.model.info.quantity);
   job.views = views_of(options, job.model.info);

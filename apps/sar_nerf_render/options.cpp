@@ -2,6 +2,7 @@
 #include "options.h"
 
 #include "command_line.h"
+#include "folder_name.h"
 #include "sarnerf/core/error.h"
 #include "values.h"
 #include "view_angles.h"
@@ -75,10 +76,6 @@ void add_options(CommandLine& command, Texts& t) {
   p.footer(kExamples);
 }
 
-std::filesystem::path without_slash(const std::filesystem::path& folder) {
-  return folder.has_filename() ? folder : folder.parent_path();
-}
-
 /// A comparison takes its views from the dataset.
 void refuse_views_beside_against(const CommandLine& command) {
   auto& parser = const_cast<CommandLine&>(command).parser();
@@ -121,19 +118,6 @@ Options resolve(const Texts& t, const CommandLine& command) {
 }
 
 }  // namespace
-
-std::filesystem::path Options::model_file() const {
-  std::error_code ignored;
-  return std::filesystem::is_directory(model, ignored) ? model / "model.pt" : model;
-}
-
-std::string Options::default_name() const {
-  std::error_code ignored;
-  const auto full = without_slash(std::filesystem::weakly_canonical(model, ignored));
-  if (full.filename() == "model.pt" && full.has_parent_path())
-    return full.parent_path().filename().string();
-  return full.stem().string();
-}
 
 std::optional<Options> parse_options(int argc, char** argv) {
   CommandLine command("sar_nerf_render", kDescription);

@@ -34,10 +34,6 @@ struct Options {
   bool overwrite = false;
   bool explain = false;
   SharedOptions shared;
-
-  std::filesystem::path model_file() const;
-  /// Name of the output unless one is given: that of the run or the file.
-  std::string default_name() const;
 };
 
 /// Empty when help or the version was asked for and has been printed. Throws UsageError, and InputError for a bad

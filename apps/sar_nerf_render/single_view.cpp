@@ -4,12 +4,13 @@
 #include <nlohmann/json.hpp>
 
 #include "display_scale.h"
+#include "model_place.h"
 #include "output_files.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/stopwatch.h"
 #include "sarnerf/dataset/display.h"
 #include "sarnerf/dataset/image_file.h"
-#include "stopwatch.h"
 
 namespace sarnerf::app {
 namespace {
@@ -38,10 +39,10 @@ bool finished(const Paths& paths, const Json& request) {
 }  // namespace
 
 std::string write_single_view(const Job& job, Console& console, const Monitor& monitor) {
-  const auto base = image_base(job.options.output, job.options.default_name() + "_view");
+  const auto base = image_base(job.options.output, model_name(job.options.model) + "_view");
   const Paths paths{with_ending(base, ".tif"), with_ending(base, ".png"),
                     with_ending(base, ".report.json"), with_ending(base, ".json")};
-  const std::vector<std::filesystem::path> inputs{job.options.model_file(),
+  const std::vector<std::filesystem::path> inputs{model_file(job.options.model),
                                                   job.options.shared.config_file};
   for (const auto& path : {paths.tiff, paths.png, paths.report, paths.recipe}) {
     refuse_input(path, inputs);

@@ -8,11 +8,12 @@
 #include "checksums.h"
 #include "display_scale.h"
 #include "folder_lock.h"
+#include "model_place.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/stopwatch.h"
 #include "sarnerf/dataset/display.h"
 #include "sarnerf/dataset/image_file.h"
-#include "stopwatch.h"
 #include "sweep_folder.h"
 #include "sweep_place.h"
 
@@ -48,7 +49,7 @@ std::string manifest_of(const Job& job, const std::vector<DatasetView>& views,
 
 std::string write_sweep(const Job& job, Console& console, const Monitor& monitor) {
   std::filesystem::path place =
-      job.options.output.empty() ? job.options.default_name() + "_views" : job.options.output;
+      job.options.output.empty() ? model_name(job.options.model) + "_views" : job.options.output;
   if (!place.has_filename()) place = place.parent_path();
   const std::size_t n_views = job.views.size();
   const SweepFolder folder(place, n_views);

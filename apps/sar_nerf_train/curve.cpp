@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "sarnerf/core/metrics.h"
+#include "sarnerf/core/stopwatch.h"
 #include "sarnerf/dataset/evaluation.h"
-#include "stopwatch.h"
 #include "view_choice.h"
 
 namespace sarnerf::app {

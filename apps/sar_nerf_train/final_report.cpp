@@ -10,8 +10,8 @@
 #include "process.h"
 #include "report_page.h"
 #include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/stopwatch.h"
 #include "sarnerf/dataset/display.h"
-#include "stopwatch.h"
 #include "torch_setup.h"
 #include "version.h"
 

@@ -9,7 +9,7 @@
 #include "folder_lock.h"
 #include "run_start.h"
 #include "sarnerf/core/atomic_file.h"
-#include "stopwatch.h"
+#include "sarnerf/core/stopwatch.h"
 #include "torch_setup.h"
 #include "training_options.h"
 #include "training_run.h"

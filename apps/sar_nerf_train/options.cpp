@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "command_line.h"
+#include "folder_name.h"
 #include "flat_toml.h"
 #include "run_folder.h"
 #include "sarnerf/core/error.h"
@@ -93,11 +94,6 @@ void add_options(CommandLine& command, Texts& t) {
   p.footer(kExamples);
 }
 
-/// The folder's own name, without a slash at its end.
-std::filesystem::path without_slash(const std::filesystem::path& folder) {
-  return folder.has_filename() ? folder : folder.parent_path();
-}
-
 Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   Options o;
   o.shared = command.shared_options();
@@ -124,13 +120,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   if (o.resume && t.overwrite)
     throw UsageError("--resume continues a run and --overwrite discards it; give one of them");
   o.run = without_slash(o.resume ? t.resume : t.output);
-  if (o.run.empty()) {
-    // "." and ".." have no name of their own.
-    std::error_code ignored;
-    const auto name =
-        without_slash(std::filesystem::weakly_canonical(o.dataset, ignored)).filename();
-    o.run = name.string() + "_run";
-  }
+  if (o.run.empty()) o.run = full_path(o.dataset).filename().string() + "_run";
   o.overwrite = t.overwrite;
   o.explain = t.explain;
   return o;

@@ -7,7 +7,7 @@
 
 #include "process.h"
 #include "sarnerf/core/error.h"
-#include "stopwatch.h"
+#include "sarnerf/core/stopwatch.h"
 #include "version.h"
 
 namespace sarnerf::app {

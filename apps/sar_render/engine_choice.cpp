@@ -5,11 +5,11 @@
 #include <cstdio>
 
 #include "memory.h"
+#include "sarnerf/core/stopwatch.h"
 #include "sarnerf/render/surface_engine.h"
 #include "sarnerf/render/voxel_engine.h"
 #include "sarnerf/scene/vdb_scene.h"
 #include "sarnerf/scene/voxelise.h"
-#include "stopwatch.h"
 #include "values.h"
 
 namespace sarnerf::app {

@@ -2,23 +2,16 @@
 #include "explain.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <numeric>
 
 #include "console.h"
 #include "formation.h"
 #include "layer_files.h"
+#include "sarnerf/core/format.h"
 #include "values.h"
 
 namespace sarnerf::app {
 namespace {
-
-template <class... Arguments>
-std::string format(const char* pattern, Arguments... arguments) {
-  char text[512];
-  std::snprintf(text, sizeof text, pattern, arguments...);
-  return text;
-}
 
 std::string counted(std::size_t n, const char* one, const char* many) {
   return format("%zu %s", n, n == 1 ? one : many);

@@ -11,11 +11,11 @@
 #include "options.h"
 #include "recipe.h"
 #include "sarnerf/core/monitor.h"
+#include "sarnerf/core/stopwatch.h"
 #include "sarnerf/dataset/manifest.h"
 #include "sarnerf/render/engine.h"
 #include "sarnerf/render/tolerance.h"
 #include "sarnerf/scene/scene.h"
-#include "stopwatch.h"
 
 namespace sarnerf::app {
 

@@ -140,7 +140,7 @@ openvdb::FloatGrid::Ptr carved_occupancy(std::span<const PosedImage> images, con
       const glm::ivec3 origin = kBrickSide * glm::ivec3(l / n_yz, l % n_yz / n_z, l % n_z);
       auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
       for (int offset = 0; offset < kBrickVoxels; ++offset) {
-        const glm::ivec3 voxel = origin + glm::ivec3(offset >> 6, offset >> 3 & 7, offset & 7);
+        const glm::ivec3 voxel = origin + voxel_in_brick(offset);
         if (glm::any(glm::greaterThanEqual(voxel, n))) continue;
         const glm::dvec3 point_m = centre_m + lattice.voxel_size_m * glm::dvec3(voxel);
         if (ground_height_m && point_m.y < *ground_height_m) continue;

@@ -2,13 +2,14 @@
 #include "sarnerf/bake/extract.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <utility>
 
 #include "level_surface.h"
+#include "map_memory.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
+#include "sarnerf/core/stopwatch.h"
+#include "sarnerf/nerf/model_file.h"
 #include "sarnerf/nerf/row_renderer.h"
 #include "solid_occupancy.h"
 #include "unbounded_space.h"
@@ -16,23 +17,6 @@
 
 namespace sarnerf {
 namespace {
-
-class Clock {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    return std::chrono::duration<double>(now - std::exchange(begin_, now)).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
-
-std::string numbers(const char* format, double a, double b) {
-  char text[160];
-  std::snprintf(text, sizeof text, format, a, b);
-  return text;
-}
 
 VoxelLattice lattice_over(const Box& box_m, double voxel_size_m, const glm::dvec3& origin_m) {
   VoxelLattice lattice;
@@ -49,20 +33,21 @@ struct Cube {
 };
 
 Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec3& aim_m) {
-  glm::dvec3 centre_m(0.0, matter_m.centre().y, 0.0);
+  // What is higher than the cube is fog that no view has seen to be empty, over what stands at its bottom. The cube reaches
+  // below that, so that its own bottom does not pass for the body's.
+  const bool fits = matter_m.size().y <= options.extent_m;
+  glm::dvec3 centre_m(0.0, fits ? matter_m.centre().y : matter_m.min.y + 0.25 * options.extent_m, 0.0);
   if (options.centre_m) centre_m = *options.centre_m - aim_m;
   Cube cube;
   cube.box_m = {centre_m - 0.5 * options.extent_m, centre_m + 0.5 * options.extent_m};
   const glm::dvec3 common = glm::min(cube.box_m.max, matter_m.max) - glm::max(cube.box_m.min, matter_m.min);
   if (common.x <= 0.0 || common.y <= 0.0 || common.z <= 0.0) {
     const glm::dvec3 c = matter_m.centre() + aim_m, size = matter_m.size();
-    char text[300];
-    std::snprintf(text, sizeof text,
-                  "--extent: a cube of %.6g m around %.6g,%.6g,%.6g holds nothing of the learned matter, which is %.3g x "
-                  "%.3g x %.3g m around %.6g,%.6g,%.6g; leave out --centre, or move it there",
-                  options.extent_m, centre_m.x + aim_m.x, centre_m.y + aim_m.y, centre_m.z + aim_m.z, size.x, size.y,
-                  size.z, c.x, c.y, c.z);
-    throw UsageError(text);
+    throw UsageError(
+        format("--extent: a cube of %.6g m around %.6g,%.6g,%.6g holds nothing of the learned matter, which is %.3g x %.3g "
+               "x %.3g m around %.6g,%.6g,%.6g; leave out --centre, or move it there",
+               options.extent_m, centre_m.x + aim_m.x, centre_m.y + aim_m.y, centre_m.z + aim_m.z, size.x, size.y, size.z,
+               c.x, c.y, c.z));
   }
   const glm::dvec3 whole = matter_m.size();
   cube.part_outside = 1.0 - common.x * common.y * common.z / (whole.x * whole.y * whole.z);
@@ -117,7 +102,7 @@ double otsu_threshold(std::vector<float> extinction_per_m) {
 }
 
 Extraction extract(const Model& model, const ExtractOptions& options) {
-  Clock clock;
+  Stopwatch clock;
   Extraction result;
   const std::vector<Acquisition> views = training_acquisitions(model.info);
   const glm::dvec3 aim_m = model.info.aim_m;
@@ -127,6 +112,10 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   const auto* const grid = dynamic_cast<const GridField*>(model.field.get());
   const auto* const mlp = dynamic_cast<const MlpField*>(model.field.get());
   const double field_voxel_m = model.field->voxel_size_m();
+  // Two thirds of a learned voxel: finer maps see nothing more.
+  const double spacing_m = (grid != nullptr ? 1.0 : 2.0 / 3.0) * 2.0 / 3.0 * field_voxel_m;
+  const std::vector<Acquisition> lookers = spread_views(views, options.body == Body::solid ? options.most_views : 0);
+  const std::uint64_t max_memory_bytes = memory_beside_maps(lookers, matter_m, spacing_m, options.max_memory_bytes);
   VoxelLattice lattice;
   if (options.resolution == 0) {
     const double voxel_m = grid != nullptr ? field_voxel_m : field_voxel_m / 3.0;
@@ -146,7 +135,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   if (grid != nullptr) {
     volume = native_volume(*grid);
   } else if (mlp != nullptr) {
-    volume = sampled(*mlp, lattice, views, options.max_memory_bytes, options.monitor);
+    volume = sampled(*mlp, lattice, views, max_memory_bytes, options.monitor);
   } else {
     throw UsageError("fields of the kind " + std::string(model.field->kind()) + " cannot be extracted");
   }
@@ -156,13 +145,13 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   const double most = all.empty() ? 0.0 : double{*std::max_element(all.begin(), all.end())};
   result.threshold_per_m = options.threshold_per_m.value_or(otsu_threshold(all));
   if (all.empty() || result.threshold_per_m > most)
-    throw UsageError(numbers("--threshold: no voxel has so much extinction; those of this field have %.3g to %.3g per "
-                             "metre, so that anything below the larger one leaves some", least, most));
+    throw UsageError(format("--threshold: no voxel has so much extinction; those of this field have %.3g to %.3g per "
+                            "metre, so that anything below the larger one leaves some", least, most));
 
   // What is written is the field as it was learned, and what is looked at is what the threshold leaves of it.
   LearnedVolume learned = grid == nullptr || options.resolution == 0
                               ? volume
-                              : resampled(volume, lattice, options.max_memory_bytes, options.monitor);
+                              : resampled(volume, lattice, max_memory_bytes, options.monitor);
   if (options.threshold_per_m) remove_below(volume, *options.threshold_per_m);
   const Occupancy matter = volume.occupancy();
   result.seconds.field = clock.lap();
@@ -172,9 +161,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   result.bottom_was_given = floor_m.has_value();
   openvdb::FloatGrid::Ptr occupancy;
   if (options.body == Body::solid) {
-    // Two thirds of a learned voxel: finer maps see nothing more.
-    const double spacing_m = (grid != nullptr ? 1.0 : 2.0 / 3.0) * 2.0 / 3.0 * field_voxel_m;
-    const auto maps = return_maps(volume, matter, spread_views(views, options.most_views), spacing_m, options.monitor);
+    const auto maps = return_maps(volume, matter, lookers, spacing_m, options.monitor);
     if (!floor_m) floor_m = bottom_of_returns_m(maps, 1.5 * spacing_m);
     occupancy = solid_occupancy(maps, matter, volume.grid.transform(), lattice, floor_m, options.monitor);
     leave_out_unbounded(*occupancy, lattice.transform, maps, 1.5 * spacing_m, options.monitor);

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <tuple>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/field/trilinear.h"
 
@@ -14,6 +14,18 @@ namespace sarnerf {
 namespace {
 
 bool before(const glm::ivec3& a, const glm::ivec3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
+
+void require_memory(std::size_t n_bricks, int n_channels, double voxel_size_m, std::uint64_t max_memory_bytes) {
+  // Bricks, and the grids that are made of them.
+  const std::uint64_t needed = 2ull * n_bricks * kBrickVoxels * sizeof(float) * static_cast<std::uint64_t>(n_channels);
+  if (max_memory_bytes == 0 || needed <= max_memory_bytes) return;
+  // Matter is a layer: twice as large voxels need a quarter of the memory.
+  const double larger = voxel_size_m * std::sqrt(static_cast<double>(needed) / static_cast<double>(max_memory_bytes));
+  throw UsageError(format("about %.0f MiB are needed for voxels of %.3g m, more than --max-memory allows (%.0f MiB left); "
+                          "voxels of %.2g m would do (--resolution)",
+                          static_cast<double>(needed) / 1048576.0, voxel_size_m,
+                          static_cast<double>(max_memory_bytes) / 1048576.0, 1.1 * larger));
+}
 
 }  // namespace
 
@@ -48,29 +60,21 @@ std::vector<glm::ivec3> bricks_with_matter(const Occupancy& occupancy, const Gri
   return bricks;
 }
 
-void require_memory(std::size_t n_bricks, int n_channels, double voxel_size_m, std::uint64_t max_memory_bytes) {
-  // Bricks, and the grids that are made of them.
-  const std::uint64_t needed = 2ull * n_bricks * kBrickVoxels * sizeof(float) * static_cast<std::uint64_t>(n_channels);
-  if (max_memory_bytes == 0 || needed <= max_memory_bytes) return;
-  // Matter is a layer: twice as large voxels need a quarter of the memory.
-  const double larger = voxel_size_m * std::sqrt(static_cast<double>(needed) / static_cast<double>(max_memory_bytes));
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "about %.0f MiB are needed for voxels of %.3g m, more than --max-memory allows (%.0f MiB left); "
-                "voxels of %.2g m would do (--resolution)",
-                static_cast<double>(needed) / 1048576.0, voxel_size_m,
-                static_cast<double>(max_memory_bytes) / 1048576.0, 1.1 * larger);
-  throw UsageError(text);
+LearnedVolume empty_volume(const VoxelLattice& lattice, const FieldChannels& channels, std::span<const glm::ivec3> bricks,
+                           std::uint64_t max_memory_bytes) {
+  require_memory(bricks.size(), channels.count(), lattice.transform.voxel_size_m, max_memory_bytes);
+  LearnedVolume volume{BrickGrid<float>(lattice.transform, channels.count()), channels, 0.0};
+  volume.grid.reserve_bricks(bricks.size());
+  for (const glm::ivec3& brick : bricks) volume.grid.touch_brick(brick);
+  return volume;
 }
 
 LearnedVolume resampled(const LearnedVolume& volume, const VoxelLattice& lattice, std::uint64_t max_memory_bytes,
                         const Monitor& monitor) {
   const std::vector<glm::ivec3> bricks = bricks_with_matter(volume.occupancy(), volume.grid.transform(), lattice);
   const int n_channels = volume.channels.count();
-  require_memory(bricks.size(), n_channels, lattice.transform.voxel_size_m, max_memory_bytes);
-  LearnedVolume result{BrickGrid<float>(lattice.transform, n_channels), volume.channels, volume.harmonics_residual};
-  result.grid.reserve_bricks(bricks.size());
-  for (const glm::ivec3& brick : bricks) result.grid.touch_brick(brick);
+  LearnedVolume result = empty_volume(lattice, volume.channels, bricks, max_memory_bytes);
+  result.harmonics_residual = volume.harmonics_residual;
   const BrickView<float> out = result.grid.view();
   const std::size_t per_brick = std::size_t{kBrickVoxels} * static_cast<std::size_t>(n_channels);
   parallel_for(bricks.size(), 16, [&](std::size_t begin, std::size_t end, int) {
@@ -79,18 +83,16 @@ LearnedVolume resampled(const LearnedVolume& volume, const VoxelLattice& lattice
     std::vector<glm::vec3> points_m(kBrickVoxels);
     for (std::size_t b = begin; b < end; ++b) {
       for (int v = 0; v < kBrickVoxels; ++v) {
-        const glm::ivec3 voxel = bricks[b] * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+        const glm::ivec3 voxel = bricks[b] * kBrickSide + voxel_in_brick(v);
         points_m[static_cast<std::size_t>(v)] = glm::vec3(lattice.transform.world_from_index(glm::dvec3(voxel)));
       }
       const std::span<float> values = out.values.subspan(b * per_brick, per_brick);
       sampler.sample(points_m, values);
       for (int v = 0; v < kBrickVoxels; ++v) {
-        const glm::ivec3 voxel = bricks[b] * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
-        const bool wanted = glm::all(glm::greaterThanEqual(voxel, lattice.first)) &&
-                            glm::all(glm::lessThanEqual(voxel, lattice.last));
+        const glm::ivec3 voxel = bricks[b] * kBrickSide + voxel_in_brick(v);
         float* const value = &values[static_cast<std::size_t>(v * n_channels)];
         // As in the paper: what does not attenuate is not there, whatever its brightness.
-        if (!wanted || value[0] <= 0.0f) std::fill(value, value + n_channels, 0.0f);
+        if (!lattice.holds(voxel) || value[0] <= 0.0f) std::fill(value, value + n_channels, 0.0f);
       }
     }
   });

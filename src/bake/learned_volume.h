@@ -27,6 +27,10 @@ struct LearnedVolume {
 struct VoxelLattice {
   GridTransform transform;  ///< relative to the aim point
   glm::ivec3 first{0}, last{-1};
+
+  bool holds(const glm::ivec3& voxel) const {
+    return glm::all(glm::greaterThanEqual(voxel, first)) && glm::all(glm::lessThanEqual(voxel, last));
+  }
 };
 
 /// The field's own voxels.
@@ -49,7 +53,9 @@ LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::s
 std::vector<glm::ivec3> bricks_with_matter(const Occupancy& occupancy, const GridTransform& of_occupancy,
                                            const VoxelLattice& lattice);
 
-/// Throws UsageError where bricks of so many numbers a voxel, held twice, need more than allowed.
-void require_memory(std::size_t n_bricks, int n_channels, double voxel_size_m, std::uint64_t max_memory_bytes);
+/// A volume on the lattice with these bricks, zero everywhere. Throws UsageError where it needs more than allowed, held
+/// twice: as bricks, and as the grids that are made of them.
+LearnedVolume empty_volume(const VoxelLattice& lattice, const FieldChannels& channels, std::span<const glm::ivec3> bricks,
+                           std::uint64_t max_memory_bytes);
 
 }  // namespace sarnerf

@@ -69,24 +69,18 @@ LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::s
   const std::vector<glm::ivec3> bricks = bricks_with_matter(cache.occupancy(), cache.transform(), lattice);
   const FieldChannels channels{false, kDegree, SourceBasis::harmonics};
   const int n_channels = channels.count();
-  require_memory(bricks.size(), n_channels, lattice.transform.voxel_size_m, max_memory_bytes);
-  LearnedVolume volume{BrickGrid<float>(lattice.transform, n_channels), channels, 0.0};
-  volume.grid.reserve_bricks(bricks.size());
-  for (const glm::ivec3& brick : bricks) volume.grid.touch_brick(brick);
+  LearnedVolume volume = empty_volume(lattice, channels, bricks, max_memory_bytes);
   const BrickView<float> out = volume.grid.view();
 
   // Places in cells that the field counts as occupied: elsewhere it is empty by its own definition.
   std::vector<std::size_t> places;
   BrickFinder finder(cache.occupancy().bricks());
+  const auto voxel_at = [&](std::size_t place) { return bricks[place / kBrickVoxels] * kBrickSide + voxel_in_brick(place); };
   const auto place_m = [&](std::size_t place) {
-    const auto v = static_cast<int>(place % kBrickVoxels);
-    const glm::ivec3 voxel = bricks[place / kBrickVoxels] * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
-    return lattice.transform.world_from_index(glm::dvec3(voxel));
+    return lattice.transform.world_from_index(glm::dvec3(voxel_at(place)));
   };
   for (std::size_t place = 0; place < bricks.size() * kBrickVoxels; ++place) {
-    const auto v = static_cast<int>(place % kBrickVoxels);
-    const glm::ivec3 voxel = bricks[place / kBrickVoxels] * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
-    if (glm::any(glm::lessThan(voxel, lattice.first)) || glm::any(glm::greaterThan(voxel, lattice.last))) continue;
+    if (!lattice.holds(voxel_at(place))) continue;
     const glm::ivec3 cell = glm::ivec3(glm::floor(cache.transform().index_from_world(place_m(place))));
     const std::uint32_t brick = finder.find(brick_of_voxel(cell));
     if (brick != kNoBrick && cache.occupancy().cell(brick, cell)) places.push_back(place);

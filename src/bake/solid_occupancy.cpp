@@ -124,7 +124,7 @@ openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, const O
       const glm::ivec3 origin = leaf_at(l) * kBrickSide;
       auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
       for (int v = 0; v < kBrickVoxels; ++v) {
-        const glm::ivec3 voxel = origin + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+        const glm::ivec3 voxel = origin + voxel_in_brick(v);
         if (glm::any(glm::lessThan(voxel, lattice.first)) || glm::any(glm::greaterThan(voxel, lattice.last))) continue;
         const glm::dvec3 point_m = centre_m(lattice, voxel);
         const float height = cut_by_floor(1.0f, point_m.y, floor_m, voxel_m);
@@ -192,7 +192,7 @@ openvdb::FloatGrid::Ptr shell_occupancy(const LearnedVolume& volume, double thre
     const glm::ivec3 origin = view.topology->coordinate(b) * kBrickSide;
     auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
     for (int v = 0; v < kBrickVoxels; ++v) {
-      const double height_m = transform.world_from_index(glm::dvec3(origin + glm::ivec3(0, v >> 3 & 7, 0))).y;
+      const double height_m = transform.world_from_index(glm::dvec3(origin + voxel_in_brick(v))).y;
       const auto value = static_cast<float>(std::min(1.0, 0.5 * double{view.voxel(b, v)[0]} / threshold_per_m));
       const float left = cut_by_floor(value, height_m, floor_m, transform.voxel_size_m);
       if (left > 0.0f) leaf->setValueOn(static_cast<openvdb::Index>(v), left);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "sarnerf/nerf/model_file.h"
 #include "vdb_grids.h"
 
 namespace sarnerf {

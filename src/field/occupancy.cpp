@@ -16,7 +16,7 @@ Occupancy::Occupancy(const BrickView<const float>& grid, int n_channels, int als
       for (int c = 0; c < n_channels; ++c) occupied |= voxel[c] != 0.0f;
       if (!occupied) continue;
       // The voxel is a corner of eight cells.
-      const glm::ivec3 at = origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
+      const glm::ivec3 at = origin + voxel_in_brick(n);
       for (int corner = 0; corner < 8; ++corner) {
         occupy(at - glm::ivec3(corner >> 2, corner >> 1 & 1, corner & 1));
       }

@@ -166,7 +166,7 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform) {
       bool any = false;
       const glm::ivec3 origin = brick_at(b) * kBrickSide;
       for (int v = 0; v < kBrickVoxels; ++v) {
-        const glm::ivec3 voxel = origin + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+        const glm::ivec3 voxel = origin + voxel_in_brick(v);
         if (glm::any(glm::lessThan(voxel, first)) || glm::any(glm::greaterThan(voxel, last))) continue;
         const glm::dvec3 point_m = transform.world_from_index(glm::dvec3(voxel));
         const bool keep = may_be_active(point_m);

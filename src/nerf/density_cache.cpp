@@ -10,9 +10,7 @@ namespace sarnerf {
 namespace {
 
 glm::ivec3 voxel_at(const BrickTopology& topology, std::uint32_t place) {
-  const int n = static_cast<int>(place % kBrickVoxels);
-  return topology.coordinate(place / kBrickVoxels) * kBrickSide +
-         glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
+  return topology.coordinate(place / kBrickVoxels) * kBrickSide + voxel_in_brick(place);
 }
 
 }  // namespace

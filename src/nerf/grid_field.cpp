@@ -135,7 +135,7 @@ GridField refined(const GridField& field) {
   for (std::uint32_t brick = 0; brick < occupancy.bricks().n_bricks(); ++brick) {
     const glm::ivec3 origin = occupancy.bricks().coordinate(brick) * kBrickSide;
     for (int n = 0; n < kBrickVoxels; ++n) {
-      const glm::ivec3 cell = origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
+      const glm::ivec3 cell = origin + voxel_in_brick(n);
       if (!occupancy.cell(brick, cell)) continue;
       for (int c = 0; c < 8; ++c) {
         const glm::ivec3 voxel = 2 * cell + glm::ivec3(c >> 2, c >> 1 & 1, c & 1);
@@ -153,8 +153,7 @@ GridField refined(const GridField& field) {
     for (std::size_t brick = begin; brick < end; ++brick) {
       const glm::ivec3 origin = topology.coordinate(static_cast<std::uint32_t>(brick)) * kBrickSide;
       for (int n = 0; n < kBrickVoxels; ++n)
-        points[static_cast<std::size_t>(n)] = glm::vec3(
-            transform.world_from_index(glm::dvec3(origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7))));
+        points[static_cast<std::size_t>(n)] = glm::vec3(transform.world_from_index(glm::dvec3(origin + voxel_in_brick(n))));
       sampler.sample(points, out);
       for (std::size_t n = 0; n < kBrickVoxels; ++n) {
         const float* c = &out[n * n_channels];

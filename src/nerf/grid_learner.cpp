@@ -117,7 +117,7 @@ std::vector<float> GridLearner::shares() const {
     shares[n] = 1.0f;
     if (!ground_height_m_) continue;
     const std::uint32_t voxel = field_.active_voxels()[n];
-    const int y = field_.topology().coordinate(voxel / kBrickVoxels).y * kBrickSide + static_cast<int>(voxel >> 3 & 7);
+    const int y = field_.topology().coordinate(voxel / kBrickVoxels).y * kBrickSide + voxel_in_brick(voxel).y;
     if (transform.origin_m.y + transform.voxel_size_m * y <= *ground_height_m_ + 0.25 * transform.voxel_size_m)
       shares[n] = kGroundShare;
   }

@@ -59,7 +59,7 @@ void lay_ground(const TrainingSet& set, const GridTransform& transform, const Ca
   std::int64_t n = 0;
   for (std::size_t v = 0; v < carved.active.size(); ++v) {
     if (carved.active[v] == 0) continue;
-    const glm::ivec3 in_brick(v >> 6 & 7, v >> 3 & 7, v & 7);
+    const glm::ivec3 in_brick = voxel_in_brick(v);
     const glm::ivec3 voxel = carved.topology.coordinate(static_cast<std::uint32_t>(v / kBrickVoxels)) * kBrickSide + in_brick;
     const glm::dvec3 point_m = transform.world_from_index(glm::dvec3(voxel));
     if (point_m.y <= ground.height_m) {

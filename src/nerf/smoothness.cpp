@@ -20,8 +20,7 @@ Neighbourhood::Neighbourhood(const GridField& field) {
   const BrickTopology& topology = field.topology();
   for (std::uint32_t n = 0; n < active.size(); ++n) {
     const std::uint32_t brick = active[n] / kBrickVoxels;
-    const int offset = static_cast<int>(active[n] % kBrickVoxels);
-    const glm::ivec3 in_brick(offset >> 6, offset >> 3 & 7, offset & 7);
+    const glm::ivec3 in_brick = voxel_in_brick(active[n]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       glm::ivec3 next = in_brick;
       const auto along = static_cast<int>(axis);

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <thread>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/units.h"
 #include "slice.h"
@@ -57,13 +57,6 @@ constexpr double kSecondsPerTableEntry = 200e-9;
 
 /// A thread's stack and what its allocator keeps in reserve.
 constexpr std::uint64_t kWorkerBytes = 1'000'000;
-
-template <class... Arguments>
-std::string format(const char* pattern, Arguments... arguments) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, arguments...);
-  return text;
-}
 
 void check_radar_position(const Scene& scene, const Acquisition& a) {
   const RadarFrame frame = radar_frame(a);

@@ -84,7 +84,7 @@ std::array<Occupied, 27> make_slabs() {
   for (int step = 0; step < 27; ++step) {
     const glm::ivec3 to(step / 9 - 1, step / 3 % 3 - 1, step % 3 - 1);
     for (int n = 0; n < kBrickVoxels; ++n) {
-      const glm::ivec3 at(n >> 6, n >> 3 & 7, n & 7);
+      const glm::ivec3 at = voxel_in_brick(n);
       bool inside = true;
       for (int axis = 0; axis < 3; ++axis) {
         inside = inside && (to[axis] == 0 || at[axis] == (to[axis] > 0 ? kBrickSide - 1 : 0));
@@ -135,8 +135,7 @@ void look_at(const glm::ivec3& brick, const Occupied& occupied, const std::array
                       glm::all(glm::greaterThan(found.highest, brick * kBrickSide + (kBrickSide - 1)));
   for (std::size_t n = 0; n < kBrickVoxels && !inside; ++n) {
     if (!occupied[n]) continue;
-    const auto o = static_cast<int>(n);
-    const glm::ivec3 at = brick * kBrickSide + glm::ivec3(o >> 6, o >> 3 & 7, o & 7);
+    const glm::ivec3 at = brick * kBrickSide + voxel_in_brick(n);
     found.lowest = glm::min(found.lowest, at);
     found.highest = glm::max(found.highest, at);
   }

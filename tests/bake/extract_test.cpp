@@ -6,9 +6,11 @@
 
 #include "../nerf/torch_catch.h"
 #include "learned_volume.h"
+#include "map_memory.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/model_file.h"
 #include "surface_checks.h"
 
 using namespace sarnerf;
@@ -37,7 +39,7 @@ std::unique_ptr<GridField> field_of(const Of& matter_at) {
       for (int z = -3; z < 3; ++z) {
         topology.insert({x, y, z});
         for (int v = 0; v < kBrickVoxels; ++v) {
-          const glm::ivec3 voxel = glm::ivec3(x, y, z) * kBrickSide + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+          const glm::ivec3 voxel = glm::ivec3(x, y, z) * kBrickSide + voxel_in_brick(v);
           const Matter matter = matter_at(transform.world_from_index(glm::dvec3(voxel)));
           active.push_back(matter.depth > 0.0 ? 1 : 0);
           if (active.back() == 0) continue;
@@ -194,6 +196,21 @@ TEST_CASE("the learned lattice is taken as it is") {
   CHECK(read.grid.view().voxel(there, offset_in_brick(wall))[0] == Approx(5.0 / (2.0 * kVoxel_m)).epsilon(1e-6));
 }
 
+TEST_CASE("the cube is where things stand") {
+  const auto under_fog = [](const glm::dvec3& p) { return p.y > 5.0 ? Matter{1e-3} : hollow_box(p); };
+  const Model model = model_of(field_of(under_fog), {500.0, 20.0, -300.0});
+  const Box matter_m = model.field->occupied_box_m();
+  REQUIRE(matter_m.size().y > 5.0);
+  ExtractOptions options = fine();
+  const Box all_m = extract(model, options).box_m;
+  CHECK(all_m.centre().y == Approx(20.0 + matter_m.centre().y));
+  options.extent_m = 5.0;  // less than matter is high
+  const Box lower_m = extract(model, options).box_m;
+  CHECK(lower_m.min.y == Approx(20.0 + matter_m.min.y - 1.25));
+  CHECK(lower_m.centre().x == Approx(500.0));
+  CHECK(lower_m.centre().z == Approx(-300.0));
+}
+
 TEST_CASE("Otsu's threshold parts fog from matter") {
   std::vector<float> values;
   for (int n = 0; n < 1000; ++n) values.push_back(static_cast<float>(0.01 * (1.0 + 0.001 * n)));
@@ -203,6 +220,21 @@ TEST_CASE("Otsu's threshold parts fog from matter") {
   CHECK(threshold < 5.0);
   CHECK(otsu_threshold({}) == 0.0);
   CHECK(otsu_threshold({2.0f, 2.0f}) == Approx(2.0).epsilon(1e-6));
+}
+
+TEST_CASE("what views see counts as memory, in proportion to the rays") {
+  const std::vector<Acquisition> one(1, acquisition_of(model_of(nullptr).info.training_views.front(), glm::dvec3(0.0)));
+  const std::vector<Acquisition> ten(10, one.front());
+  const Box box_m{glm::dvec3(-5.0, 0.0, -4.0), glm::dvec3(5.0, 6.0, 4.0)};
+  // From azimuth 0 at 35° the box is 10 m along track and 8 cos 35° + 6 sin 35° = 10 m across: 100 × 100 rays of 0.1 m.
+  const auto bytes = static_cast<double>(return_map_bytes(one, box_m, 0.1));
+  CHECK(bytes >= 12.0 * 100 * 100);
+  CHECK(bytes < 30.0 * 104 * 104);
+  CHECK(static_cast<double>(return_map_bytes(ten, box_m, 0.1)) == Approx(10.0 * bytes).epsilon(1e-3));
+  CHECK(static_cast<double>(return_map_bytes(one, box_m, 0.01)) == Approx(100.0 * bytes).epsilon(0.1));
+  CHECK(memory_beside_maps(ten, box_m, 0.1, 0) == 0);
+  CHECK(memory_beside_maps(ten, box_m, 0.1, 1 << 30) == (1 << 30) - return_map_bytes(ten, box_m, 0.1));
+  CHECK_THROWS_AS(memory_beside_maps(ten, box_m, 0.1, return_map_bytes(ten, box_m, 0.1)), UsageError);
 }
 
 TEST_CASE("what cannot be extracted is told with what would do") {
@@ -224,6 +256,13 @@ TEST_CASE("what cannot be extracted is told with what would do") {
   options = fine();
   options.max_memory_bytes = 1000;
   CHECK(message(options).find("--max-memory") != std::string::npos);
+  // 54 views of a field of 10 × 6 × 8 m and rays 0.13 m apart need far more than a shell's voxels of half a metre.
+  options = fine();
+  options.resolution = 20;
+  options.max_memory_bytes = 3 << 20;
+  CHECK(message(options).find("--shell") != std::string::npos);
+  options.body = Body::shell;
+  CHECK(message(options) == "nothing");
   const Model empty = model_of(field_of([](const glm::dvec3&) { return Matter{}; }));
   CHECK_THROWS_AS(extract(empty, fine()), UsageError);
 }

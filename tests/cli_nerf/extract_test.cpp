@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../nerf/torch_catch.h"
+#include "cube.h"
 #include "programs.h"
 
 using Json = nlohmann::json;
@@ -14,8 +15,7 @@ namespace {
 struct LearnedScene : SmallScene {
   LearnedScene() {
     REQUIRE(train({"data", "-o", "run", "--steps", "40", "-q"}).code == 0);
-    std::ofstream(*this / "cube.obj") << "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n"
-                                         "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+    write_cube(*this / "cube.obj");
   }
 
   Outcome extract(const std::vector<std::string>& arguments) const { return run(SAR_EXTRACT, arguments); }
@@ -62,6 +62,15 @@ TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
       return std::string(std::istreambuf_iterator<char>(file), {});
     };
     CHECK(bytes("one.vdb") == bytes("two.vdb"));
+  }
+  SECTION("the volume is called by the run, however that is named") {
+    std::filesystem::copy_file(scene / "run/model.pt", scene / "other.pt");
+    for (const auto& [model, name] : {std::pair("run", "run.vdb"), std::pair("run/", "run.vdb"),
+                                      std::pair("run/model.pt", "run.vdb"), std::pair("other.pt", "other.vdb")}) {
+      const Outcome named = scene.extract({model, "--resolution", "20", "--overwrite", "-q"});
+      INFO(model << ": " << named.err);
+      CHECK(named.out.starts_with(std::string(name) + "\n"));
+    }
   }
   SECTION("a truth in other units is told") {
     const Outcome told =

@@ -14,8 +14,6 @@
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/dataset/image_file.h"
 
-namespace {
-
 Outcome run_program(std::string program, std::vector<std::string> arguments,
                     const std::filesystem::path& folder, const Signal& signal) {
   const ScratchFolder streams;
@@ -46,6 +44,8 @@ Outcome run_program(std::string program, std::vector<std::string> arguments,
   outcome.err = read_text(streams / "err");
   return outcome;
 }
+
+namespace {
 
 /// Points with a brightness each, as bilinear spots in the pixels that project() gives.
 sarnerf::Image<float> image_of(const sarnerf::Acquisition& acquisition) {
@@ -127,5 +127,5 @@ Outcome SmallScene::bench(const std::vector<std::string>& arguments) const {
 
 Outcome SmallScene::run(const std::string& program,
                         const std::vector<std::string>& arguments) const {
-  return run_program(program, arguments, path(), {});
+  return run_program(program, arguments, path());
 }

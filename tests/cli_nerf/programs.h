@@ -22,6 +22,10 @@ struct Outcome {
 /// Asked every millisecond while a program runs, with its age; the signal it returns is sent (0: none).
 using Signal = std::function<int(double age_s)>;
 
+/// Runs a program in a folder and waits for it.
+Outcome run_program(std::string program, std::vector<std::string> arguments, const std::filesystem::path& folder,
+                    const Signal& signal = {});
+
 /// A folder with a small dataset: 32 × 32 pixels of eight points at the corners of a box, seen at 45° from all sides.
 class SmallScene : public ScratchFolder {
  public:

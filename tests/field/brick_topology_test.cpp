@@ -17,6 +17,12 @@ TEST_CASE("bricks and places in them, on both sides of 0") {
   CHECK(offset_in_brick({0, 1, 0}) == 8);
   CHECK(offset_in_brick({1, 0, 0}) == 64);
   CHECK(offset_in_brick({-1, -1, -1}) == 511);
+  for (int offset = 0; offset < kBrickVoxels; ++offset) {
+    const glm::ivec3 voxel = voxel_in_brick(offset);
+    REQUIRE(offset_in_brick(voxel) == offset);
+    REQUIRE(brick_of_voxel(voxel) == glm::ivec3(0));
+    REQUIRE(voxel_in_brick(std::size_t{7} * kBrickVoxels + static_cast<std::size_t>(offset)) == voxel);
+  }
   CHECK(offset_in_brick({-8, 16, -16}) == 0);
 }
 

@@ -55,4 +55,10 @@ for module in core geometry field mpa; do
   fi
 done
 
+# Who reads a header of bake needs no LibTorch for it: models are named there, and no more.
+if [ -d include/sarnerf/bake ] && grep -rnE '^ *# *include *("sarnerf/nerf/|<torch)' include/sarnerf/bake; then
+  echo "include/sarnerf/bake: the lines above bring in LibTorch; name the type instead (struct Model;)"
+  bad=1
+fi
+
 exit $bad

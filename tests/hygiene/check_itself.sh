@@ -10,7 +10,7 @@ clean_tree() {
   rm -rf "$scratch"
   mkdir -p "$scratch"
   cd "$scratch"
-  mkdir -p include/sarnerf/core src/core src/geometry apps tests scripts cmake .ci data docs
+  mkdir -p include/sarnerf/core include/sarnerf/bake src/core src/geometry apps tests scripts cmake .ci data docs
   licence='// SPDX-License-Identifier: Apache-2.0'
   printf '%s\n#include <vector>\n#include <glm/glm.hpp>\n' "$licence" > include/sarnerf/core/a.h
   printf '%s\n// printed eq. 2\n' "$licence" > src/core/a.cpp
@@ -40,6 +40,7 @@ done
 offence equations src/core/a.cpp '// printed eqs. 2, 99'
 offence equations src/core/a.cpp '/// printed eqs. 2 and 35'
 offence equations src/core/a.cpp '/// (printed 2–98)'
+offence includes include/sarnerf/bake/c.h '#include "sarnerf/nerf/model_file.h"'
 offence includes src/core/a.cpp '#include "sarnerf/geometry/b.h"'
 offence includes src/geometry/b.cpp '#include <sarnerf/render/b.h>'
 offence includes include/sarnerf/core/a.h '#include <opencv2/core.hpp>'

@@ -69,8 +69,7 @@ TEST_CASE("bare ground carves all space but what stands on it and the ground its
   const Box& block = ground_scene_block();
   std::size_t n_above = 0, n_block = 0, n_far = 0;
   for (std::uint32_t v = 0; v < carved.active.size(); ++v) {
-    const glm::ivec3 voxel = carved.topology.coordinate(v / kBrickVoxels) * kBrickSide +
-                             glm::ivec3(v >> 6 & 7, v >> 3 & 7, v & 7);
+    const glm::ivec3 voxel = carved.topology.coordinate(v / kBrickVoxels) * kBrickSide + voxel_in_brick(v);
     const glm::dvec3 p = transform.world_from_index(glm::dvec3(voxel));
     const bool active = carved.active[v] != 0;
     if (inside(block, p, -0.2)) CHECK(active);

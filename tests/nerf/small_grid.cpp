@@ -114,7 +114,7 @@ GridField small_grid(unsigned seed) {
       for (int z = -1; z <= 0; ++z) topology.insert({x, y, z});
   for (std::uint32_t b = 0; b < topology.n_bricks(); ++b) {
     for (int n = 0; n < kBrickVoxels; ++n) {
-      const glm::ivec3 voxel = topology.coordinate(b) * kBrickSide + glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
+      const glm::ivec3 voxel = topology.coordinate(b) * kBrickSide + voxel_in_brick(n);
       active.push_back(glm::length(glm::dvec3(voxel)) * kVoxel_m < 1.5 ? 1 : 0);
     }
   }

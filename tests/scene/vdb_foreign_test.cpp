@@ -47,7 +47,7 @@ Extent extent_around(const Volume& volume, const glm::dvec3& centre_m) {
     for (int n = 0; n < kBrickVoxels; ++n) {
       if (view.voxel(b, n)[0] <= 0.0f) continue;
       const glm::ivec3 at =
-          volume.grid.topology().coordinate(b) * kBrickSide + glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
+          volume.grid.topology().coordinate(b) * kBrickSide + voxel_in_brick(n);
       const double r = glm::length(volume.grid.transform().world_from_index(glm::dvec3(at)) - centre_m);
       extent.nearest_m = std::min(extent.nearest_m, r);
       extent.farthest_m = std::max(extent.farthest_m, r);
@@ -133,7 +133,7 @@ TEST_CASE("a level set becomes an opaque solid", "[vdb]") {
   for (std::uint32_t b = 0; b < volume.grid.topology().n_bricks(); ++b) {
     for (int n = 0; n < kBrickVoxels; ++n) {
       const glm::ivec3 at =
-          volume.grid.topology().coordinate(b) * kBrickSide + glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
+          volume.grid.topology().coordinate(b) * kBrickSide + voxel_in_brick(n);
       const glm::dvec3 radius = volume.grid.transform().world_from_index(glm::dvec3(at)) - centre;
       const double depth = (kRadius - glm::length(radius)) / kVoxel;
       if (std::abs(depth) > 1.9) continue;

@@ -8,10 +8,11 @@
 #include "sarnerf/bake/surface_mesh.h"
 #include "sarnerf/core/monitor.h"
 #include "sarnerf/geometry/box.h"
-#include "sarnerf/nerf/model_file.h"
 #include "sarnerf/scene/vdb_scene.h"
 
 namespace sarnerf {
+
+struct Model;  // sarnerf/nerf/model_file.h, which needs LibTorch
 
 /// What the occupancy and the mesh of an extraction are made of.
 enum class Body {
@@ -24,12 +25,12 @@ struct ExtractOptions {
   /// third of the cache's for `mlp`, over all that the field holds.
   int resolution = 256;
   double extent_m = 20.0;
-  std::optional<glm::dvec3> centre_m;  ///< of the cube, world; else over the aim point, where matter is
+  std::optional<glm::dvec3> centre_m;  ///< of the cube, world; else over the aim point, around matter; near its bottom if it is higher
   Body body = Body::solid;
   std::optional<double> threshold_per_m;   ///< one-way extinction of voxels that count as matter; else by its histogram
   std::optional<double> ground_height_m;   ///< world; the body ends there. Else it ends where returns do
   std::size_t most_views = 66;             ///< of the training's that tell the solid from what is empty
-  std::uint64_t max_memory_bytes = 0;      ///< of grids; 0: unlimited
+  std::uint64_t max_memory_bytes = 0;      ///< of grids, and of what views see; 0: unlimited
   std::string model_sha256;                ///< for the volume's provenance
   Monitor monitor;
 };

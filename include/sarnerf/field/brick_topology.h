@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
@@ -26,6 +27,13 @@ inline glm::ivec3 brick_of_voxel(const glm::ivec3& voxel) {
 /// Position of a voxel in its brick, [0, 512): z fastest, as in OpenVDB's leaf nodes.
 inline int offset_in_brick(const glm::ivec3& voxel) {
   return ((voxel.x & 7) * kBrickSide + (voxel.y & 7)) * kBrickSide + (voxel.z & 7);
+}
+
+/// The voxel at such a position, in a brick whose first voxel is the origin. Of a place in an array over many bricks, 512
+/// voxels each, its voxel within its brick.
+template <std::integral Offset>
+constexpr glm::ivec3 voxel_in_brick(Offset offset) {
+  return {static_cast<int>(offset >> 6 & 7), static_cast<int>(offset >> 3 & 7), static_cast<int>(offset & 7)};
 }
 
 /// Where the bricks of a sparse grid are, without their values. Bricks are numbered in the order in

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "folder_name.h"
+
+#include <system_error>
+
+namespace sarnerf::app {
+
+std::filesystem::path without_slash(const std::filesystem::path& folder) {
+  return folder.has_filename() ? folder : folder.parent_path();
+}
+
+std::filesystem::path full_path(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return without_slash(std::filesystem::weakly_canonical(path, ignored));
+}
+
+}  // namespace sarnerf::app

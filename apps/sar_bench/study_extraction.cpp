@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "extraction.h"
+#include "programs.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
+#include "values.h"
+
+namespace sarnerf::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr double kFirstPitch_deg = 35.0, kLastPitch_deg = 55.0;
+
+/// "0,10,…,350".
+std::string azimuths_of(const ViewSet& views) {
+  std::string list;
+  for (int n = 0; n < views.n_azimuth; ++n) list += (n > 0 ? "," : "") + format("%.10g", 360.0 * n / views.n_azimuth);
+  return list;
+}
+
+std::string pitches_of(const ViewSet& views) {
+  if (views.n_pitch == 1) return format("%g", 0.5 * (kFirstPitch_deg + kLastPitch_deg));
+  std::string list;
+  for (int n = 0; n < views.n_pitch; ++n)
+    list += (n > 0 ? "," : "") + format("%.10g", kFirstPitch_deg + (kLastPitch_deg - kFirstPitch_deg) * n / (views.n_pitch - 1));
+  return list;
+}
+
+Json json_file(const fs::path& path) {
+  std::ifstream file(path);
+  return Json::parse(file);
+}
+
+/// What was not measured is null in the reports.
+double number(const Json& j) { return j.is_number() ? j.get<double>() : ExtractionRun::kUnknown; }
+
+void render(const std::string& scene, const ExtractionOptions& o, const ViewSet& views, const fs::path& data) {
+  // Four times as many rays as the automatic sampling, so that truth and learner share no discretisation.
+  const int code = run_beside(
+      "sar_render", {scene, "--scale", format("%.17g", o.scale), "--pitch", pitches_of(views), "--azimuth", azimuths_of(views),
+                     "--size", "128x128", "--spacing", "0.3", "--engine", "surface", "--elevations", "768", "--sub-rows",
+                     "27", "-o", data.string(), "--overwrite", "-q"});
+  if (code != 0) throw Error(scene + " could not be rendered; sar_render says above why");
+}
+
+/// Learns and extracts; fills in what was measured.
+void close_loop(const std::string& scene, const ExtractionOptions& o, const fs::path& data, ExtractionRun& run) {
+  const fs::path model = format("%s.%s.%gs.%d", data.c_str(), o.field.c_str(), run.planned_s, static_cast<int>(run.seed));
+  fs::path volume = model;
+  volume += ".vdb";
+  int code = run_beside("sar_nerf_train", {data.string(), "--field", o.field, "--surfaces", o.surfaces, "--holdout", "0", "--time",
+                                           format("%.17gs", run.planned_s), "--seed", std::to_string(run.seed), "-o",
+                                           model.string(), "--overwrite", "-q"});
+  if (code != 0) {
+    run.failed = "sar_nerf_train ended with exit code " + std::to_string(code);
+    return;
+  }
+  code = run_beside("sar_extract", {model.string(), volume.string(), "--ground-height", o.ground_height, "--truth", scene,
+                                    "--truth-scale", format("%.17g", o.scale), "--images", data.string(), "--overwrite", "-q"});
+  if (code != 0) {
+    run.failed = "sar_extract ended with exit code " + std::to_string(code);
+    return;
+  }
+  const Json training = json_file(model / "report.json"), extraction = json_file(model.string() + ".report.json");
+  run.training_s = training.at("seconds").at("all programs of the run");
+  run.extraction_s = extraction.at("seconds").at("total").get<double>() - extraction.at("seconds").at("score").get<double>();
+  const Json& body = extraction.at("scores").at("extracted");
+  run.iou = number(body.at("iou"));
+  run.chamfer_m = number(body.at("visible").at("chamfer_m"));
+  run.hausdorff_m = number(body.at("visible").at("hausdorff_m"));
+  const Json& carving = extraction.at("scores").at("carving");
+  run.carving_iou = number(carving.at("iou"));
+  run.carving_chamfer_m = number(carving.at("visible").at("chamfer_m"));
+}
+
+}  // namespace
+
+std::string ViewSet::text() const {
+  return std::to_string(n_azimuth) + (n_pitch > 1 ? "x" + std::to_string(n_pitch) : "");
+}
+
+ViewSet parse_view_set(const std::string& text) {
+  const auto cross = text.find('x');
+  ViewSet views;
+  views.n_azimuth = static_cast<int>(app::parse_whole("--views", text.substr(0, cross), 2, 3600));
+  if (cross != std::string::npos)
+    views.n_pitch = static_cast<int>(app::parse_whole("--views", text.substr(cross + 1), 1, 100));
+  return views;
+}
+
+void study_extraction(const ExtractionOptions& o, app::Console& console,
+                      const std::function<void(const std::vector<ExtractionRun>&)>& finished) {
+  std::vector<ViewSet> sets;
+  for (const std::string& text : o.views) sets.push_back(parse_view_set(text));
+  std::vector<double> times_s;
+  for (const std::string& text : o.times) times_s.push_back(app::parse_seconds("--time", text));
+  for (const char* program : {"sar_render", "sar_nerf_train", "sar_extract"}) program_beside(program);
+  fs::create_directories(o.output);
+  std::vector<ExtractionRun> runs;
+  const std::size_t n_runs = o.scene_files.size() * sets.size() * times_s.size() * static_cast<std::size_t>(o.n_seeds);
+  for (const std::string& scene : o.scene_files) {
+    const std::string name = fs::path(scene).stem().string();
+    for (const ViewSet& views : sets) {
+      const fs::path data = o.output / (name + "." + views.text());
+      render(scene, o, views, data);
+      for (const double planned_s : times_s) {
+        for (int seed = 1; seed <= o.n_seeds; ++seed) {
+          ExtractionRun run;
+          run.scene = name;
+          run.views = views;
+          run.planned_s = planned_s;
+          run.seed = static_cast<std::uint64_t>(seed);
+          close_loop(scene, o, data, run);
+          const std::string title = format("%s, %d views, %g s, seed %d: ", name.c_str(), views.count(), planned_s, seed);
+          if (run.failed.empty()) {
+            console.note(title + format("IoU %.3f, visible Chamfer %.3f m", run.iou, run.chamfer_m));
+          } else {
+            console.warning(title + run.failed);
+          }
+          runs.push_back(std::move(run));
+          console.progress("extraction", runs.size(), n_runs);
+          finished(runs);
+        }
+      }
+    }
+  }
+}
+
+}  // namespace sarnerf::bench
