@@ -72,7 +72,7 @@ double weighted_mean(const Texture& texture) {
 /// Mean brightness of the ground over its gain, by the median of means over squares of pixels: most of them hold nothing
 /// else, and their mean is not darkened by speckle as single pixels' median is.
 double usual_mean(Views images, const BareGround& ground) {
-  constexpr int kSquare = 8;
+  constexpr int kSquare = 12;
   std::vector<double> means;
   for (std::size_t v = 0; v < images.size(); ++v) {
     const Image<float>& power = images[v].power;
@@ -101,7 +101,10 @@ Image<float> uniform(const Image<float>& like, double value) {
 }
 
 /// The texture, smoothed as half of the views predict the other half best.
-Image<float> smoothed_texture(Views images, const BareGround& ground, std::span<const Image<std::uint8_t>> like) {
+///
+/// Its mean is made the usual one: looking like ground is a choice, and pixels that happen to be bright do so less often.
+Image<float> smoothed_texture(Views images, const BareGround& ground, std::span<const Image<std::uint8_t>> like,
+                              double usual) {
   const Texture all = texture_of(images, ground, like, 0, 1), even = texture_of(images, ground, like, 0, 2),
                 odd = texture_of(images, ground, like, 1, 2);
   const auto error = [&](auto&& smooth) {
@@ -118,6 +121,9 @@ Image<float> smoothed_texture(Views images, const BareGround& ground, std::span<
     least = e;
     best = smoothly(all);
   }
+  const double mean = weighted_mean(all);
+  if (mean > 0.0)
+    for (float& t : best.pixels()) t = static_cast<float>(double{t} * usual / mean);
   return best;
 }
 
@@ -171,14 +177,15 @@ std::optional<Clutter> find_clutter(Views images, const Box& box_m) {
   clutter.deviation = found->deviation;
   share_gains(images, found->gain, *ground, clutter.gain);
   // The usual brightness tells first what looks like ground, and that the texture then.
-  ground->texture = uniform(found->texture, usual_mean(images, *found));
+  const double usual = usual_mean(images, *found);
+  ground->texture = uniform(found->texture, usual);
   for (int round = 0; round < kRounds; ++round) {
     clutter.like_ground.assign(images.size(), {});
     parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t v = begin; v < end; ++v)
         clutter.like_ground[v] = pixels_like(images[v], *ground, clutter.gain[v]);
     });
-    if (round + 1 < kRounds) ground->texture = smoothed_texture(images, *found, clutter.like_ground);
+    if (round + 1 < kRounds) ground->texture = smoothed_texture(images, *found, clutter.like_ground, usual);
   }
   clutter.ground = std::move(ground);
   return clutter;
