@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <mutex>
 
 #include "sarnerf/core/error.h"
@@ -116,30 +115,6 @@ double peak_power(std::span<const PosedImage> images) {
   return double(peak);
 }
 
-std::string name(const Baseline& baseline) {
-  std::string text(name(baseline.method));
-  if (supposes_plane(baseline.method) && baseline.plane_height_m != 0.0) {
-    char height[40];
-    std::snprintf(height, sizeof height, " (plane at %.2f m)", baseline.plane_height_m);
-    text += height;
-  }
-  return text;
-}
-
-std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
-                                        const Monitor& monitor) {
-  std::vector<Baseline> baselines;
-  for (const Interpolation method : interpolations_for(training))
-    baselines.push_back({method, 0.0});
-  if (baselines.empty()) return baselines;
-  const double fitted_m = fitted_plane_height_m(training, monitor);
-  if (fitted_m == 0.0) return baselines;
-  for (const Interpolation method : interpolations_for(training)) {
-    if (supposes_plane(method)) baselines.push_back({method, fitted_m});
-  }
-  return baselines;
-}
-
 const MethodScores* Evaluation::best_baseline() const {
   const auto best = std::max_element(
       baselines.begin(), baselines.end(),
@@ -200,7 +175,7 @@ Evaluation evaluate(std::span<const PosedImage> truth, std::span<const Image<flo
   }
   for (const Baseline& b : baselines) {
     evaluation.baselines.push_back(judge.scores(name(b), [&](std::size_t n) {
-      return interpolate_view(training, truth[n].acquisition, b.method, b.plane_height_m);
+      return baseline_view(training, truth[n].acquisition, b);
     }));
   }
   return evaluation;

@@ -157,15 +157,6 @@ double BareGround::texture_at(double x_m, double z_m) const {
   return bilinear(texture, (x_m - first_x_m) / cell_m, (z_m - first_z_m) / cell_m);
 }
 
-bool has_background(Views images) {
-  std::size_t n_positive = 0, n = 0;
-  for (const PosedImage& image : images) {
-    n += image.power.pixels().size();
-    for (const float p : image.power.pixels()) n_positive += p > 0.0f;
-  }
-  return 2 * n_positive > n;
-}
-
 std::optional<BareGround> find_bare_ground(Views images, const Box& box_m) {
   if (images.size() < kLeastViews || !has_background(images)) return {};
   BareGround ground = empty_ground(images, box_m);

@@ -9,8 +9,8 @@
 
 #include "sarnerf/core/monitor.h"
 #include "sarnerf/core/target_mask.h"
+#include "sarnerf/dataset/baseline.h"
 #include "sarnerf/dataset/posed_image.h"
-#include "sarnerf/dataset/view_interpolation.h"
 
 /// How good images of unseen views are, beside what interpolation between the training images gives on the very
 /// same views.
@@ -63,20 +63,6 @@ struct Evaluation {
 /// by the thread that called evaluate(), never inside a parallel loop.
 using ImageDistance =
     std::function<double(const Image<float>& power, const Image<float>& truth, double peak)>;
-
-/// One way of interpolation to compare with.
-struct Baseline {
-  Interpolation method = Interpolation::linear;
-  double plane_height_m = 0.0;  ///< see interpolate_view(); of methods that turn or rescale
-};
-
-/// name() of the method, with the height of its plane unless that goes through the aim point.
-std::string name(const Baseline& baseline);
-
-/// interpolations_for() the training images, each that supposes a plane twice: with the plane through the aim point
-/// and with the one at fitted_plane_height_m(). None without training images. Cost: that of the fit.
-std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
-                                        const Monitor& monitor = {});
 
 struct EvaluationSettings {
   std::optional<double> peak_power;  ///< unless given, peak_power() of the training images
