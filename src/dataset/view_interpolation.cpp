@@ -3,7 +3,6 @@
 
 #include "interpolate_between.h"
 #include "sarnerf/core/parallel.h"
-#include "warped_view.h"
 
 namespace sarnerf {
 namespace {
@@ -81,10 +80,14 @@ std::vector<Interpolation> despeckling_for(std::span<const PosedImage> training)
 
 Image<float> interpolate_between(Views training, const Acquisition& wanted, Interpolation method,
                                  double plane_height_m) {
-  const std::vector<Neighbour> neighbours = neighbours_of(training, wanted, method);
+  return weighted_mean(neighbours_of(training, wanted, method), wanted, warp_of(method),
+                       plane_height_m);
+}
+
+Image<float> weighted_mean(std::span<const Neighbour> neighbours, const Acquisition& wanted,
+                           Warp warp, double plane_height_m) {
   std::vector<WarpedView> views;
-  for (const Neighbour& n : neighbours)
-    views.emplace_back(*n.view, wanted, warp_of(method), plane_height_m);
+  for (const Neighbour& n : neighbours) views.emplace_back(*n.view, wanted, warp, plane_height_m);
 
   Image<float> image(wanted.n_azimuth, wanted.n_range);
   parallel_for(static_cast<std::size_t>(wanted.n_azimuth), 16,
