@@ -50,6 +50,7 @@ DespeckledTruth despeckled_truth(std::span<const PosedImage> unseen, double reac
       const Acquisition& wanted = view->acquisition;
       const auto of_truth = within(odd, wanted, reach_rad), others = within(even, wanted, reach_rad);
       if (of_truth.size() < 2 || others.empty()) continue;
+      result.which.push_back(static_cast<std::size_t>(view - unseen.data()));
       result.views.push_back(
           {view->name, wanted, weighted_mean(of_truth, wanted, Warp::turn, 0.0)});
       result.true_neighbours.push_back(weighted_mean(others, wanted, Warp::turn, 0.0));

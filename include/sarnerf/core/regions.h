@@ -13,7 +13,7 @@ namespace sarnerf {
 struct RegionRule {
   double blur_pixels = 1.5;  ///< σ of gaussian_blur(), so that speckle does not decide pixel by pixel
   double target_db = 7.0;    ///< the target is that much above the background
-  double shadow_db = 5.0;    ///< the shadow is that much below
+  double shadow_db = 4.0;    ///< the shadow is that much below
 };
 
 /// Masks of 1 and 0, and what they refer to.

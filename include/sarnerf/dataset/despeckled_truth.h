@@ -10,6 +10,7 @@ namespace sarnerf {
 
 /// Measured views averaged with their neighbours, for want of a truth without speckle.
 struct DespeckledTruth {
+  std::vector<std::size_t> which;  ///< places of these views among those that the truth was made of
   std::vector<PosedImage> views;  ///< the truth, each named and posed as the view in its middle
   /// Of each, the mean of other views about it: an estimate as good as the truth itself and independent of it. What is
   /// as close to the truth as this is as good as measuring.
