@@ -15,8 +15,8 @@ namespace sarnerf {
 
 struct BackgroundRule {
   double range_db = 40.0;      ///< of log amplitudes, below the peak
-  RegionRule regions;          ///< target and shadow, of truth and of prediction
-  LooksRule looks;             ///< counted where the truth has neither
+  RegionRule regions{};        ///< target and shadow, of truth and of prediction
+  LooksRule looks{};           ///< counted where the truth has neither
   int n_scatterers = 5;        ///< the strongest
   double separation_m = 1.0;   ///< between them
 };
