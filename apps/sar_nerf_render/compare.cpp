@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "despeckle_option.h"
 #include "evaluation_output.h"
 #include "lpips_option.h"
 #include "output_files.h"
@@ -96,6 +97,8 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
   const Dataset against = read_manifest(o.against);
   Json request{{"model", job.request.at("model")},
                {"against", dataset_fingerprint(o.against, against, monitor)}};
+  const auto despeckled = despeckled_if_asked(o.despeckle_deg, truth);
+  if (despeckled) request["despeckle_deg"] = o.despeckle_deg;
   if (!o.lpips.empty()) request["lpips"] = o.lpips.filename().string();
   std::filesystem::path file;
   if (!o.output.empty()) file = evaluation_file(job, request);
@@ -109,7 +112,7 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
   }
   EvaluationSettings settings;
   settings.peak_power = job.model.info.peak_power;
-  if (training.empty()) settings.baselines.emplace();
+  settings.baselines = default_baselines(training, monitor);
   const std::string missing = lpips_missing(o.lpips, truth);
   if (missing.empty()) {
     settings.lpips = lpips;
@@ -117,11 +120,17 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
   }
   const Evaluation evaluation = evaluate(truth, predictions, training, settings, monitor);
 
-  const std::string table =
-      std::to_string(truth.size()) + " views of " + o.against.string() +
-      ", none of them trained on\n\n" +
-      evaluation_table(evaluation, "SAR-NeRF, " + std::string(job.model.field->kind())) +
-      (missing.empty() ? "" : "\nno LPIPS: " + missing + "\n");
+  std::optional<Evaluation> averaged;
+  if (despeckled)
+    averaged = evaluate_despeckled(*despeckled, predictions, training, settings, monitor);
+
+  const std::string model = "SAR-NeRF, " + std::string(job.model.field->kind());
+  std::string table = std::to_string(truth.size()) + " views of " + o.against.string() +
+                      ", none of them trained on\n\n" + evaluation_table(evaluation, model);
+  if (averaged)
+    table += "\n" + despeckled_title(o.despeckle_deg, *despeckled) + "\n\n" +
+             evaluation_table(*averaged, model);
+  if (!missing.empty()) table += "\nno LPIPS: " + missing + "\n";
   if (!file.empty()) {
     make_folder(file.parent_path());
     Json j{{"format", "sarnerf-evaluation"},
@@ -129,6 +138,7 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
            {"program", std::string(kProgram) + " " + std::string(kVersion)},
            {"request", request}};
     j.update(evaluation_json(evaluation));
+    if (averaged) j["despeckled"] = evaluation_json(*averaged);
     if (!missing.empty()) j["lpips_missing"] = missing;
     write_file_atomically(file, j.dump(2) + "\n");
   }

@@ -2,6 +2,7 @@
 #include "options.h"
 
 #include "command_line.h"
+#include "despeckle_option.h"
 #include "folder_name.h"
 #include "sarnerf/core/error.h"
 #include "values.h"
@@ -29,7 +30,7 @@ constexpr const char* kExamples =
 struct Texts {
   std::string model, pitch, depression, azimuth = "0", altitude, slant_range, look = "auto";
   std::string size = "auto", spacing = "auto", quantity = "auto";
-  std::string against, training, lpips, output;
+  std::string against, training, lpips, despeckle = "off", output;
   bool overwrite = false, explain = false;
 };
 
@@ -63,6 +64,8 @@ void add_options(CommandLine& command, Texts& t) {
   add("--training", t.training, "FOLDER",
       "Dataset of the training, for the baselines; default: where the model says");
   add("--lpips", t.lpips, "FILE", "Weights of LPIPS (.safetensors, docs/lpips.md)");
+  add("--despeckle", t.despeckle, "DEG|off",
+      "Compare with averages of unseen views within so many degrees of azimuth, too (docs/metrics.md)");
 
   command.begin_group("Output");
   add("-o,--output", t.output, "NAME",
@@ -95,9 +98,15 @@ Options resolve(const Texts& t, const CommandLine& command) {
   o.training = without_slash(t.training);
   o.lpips = t.lpips;
   if (!o.against.empty()) refuse_views_beside_against(command);
-  if (o.against.empty() && (!o.training.empty() || !o.lpips.empty()))
-    throw UsageError(std::string(o.training.empty() ? "--lpips" : "--training") +
-                     " is of use with --against only; leave it out");
+  o.despeckle_deg = parse_despeckle_deg(t.despeckle);
+  if (o.against.empty()) {
+    for (const auto& [given, name] : {std::pair(!o.training.empty(), "--training"),
+                                      std::pair(!o.lpips.empty(), "--lpips"),
+                                      std::pair(o.despeckle_deg > 0.0, "--despeckle")}) {
+      if (given)
+        throw UsageError(std::string(name) + " is of use with --against only; leave it out");
+    }
+  }
   o.incidence_deg = incidences_deg(t.pitch, t.depression);
   o.azimuth_deg = parse_angles_deg("--azimuth", t.azimuth);
   if (!t.altitude.empty() && !t.slant_range.empty())

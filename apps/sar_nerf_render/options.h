@@ -29,6 +29,7 @@ struct Options {
   std::filesystem::path against;   ///< empty: new views are rendered
   std::filesystem::path training;  ///< empty: where the model says
   std::filesystem::path lpips;
+  double despeckle_deg = 0.0;  ///< 0: single views are the only truth
 
   std::string output;
   bool overwrite = false;

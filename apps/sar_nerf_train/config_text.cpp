@@ -59,6 +59,7 @@ std::string config_text(const Options& o, const TrainerOptions& training) {
   if (o.patience > 0.0) out << "patience = " << quoted(Json(o.patience).dump()) << "\n";
   if (!o.against.empty()) out << "against = " << quoted(full_path(o.against)) << "\n";
   if (!o.lpips.empty()) out << "lpips = " << quoted(full_path(o.lpips)) << "\n";
+  if (o.despeckle_deg > 0.0) out << "despeckle = " << quoted(Json(o.despeckle_deg).dump()) << "\n";
   out << "option = [";
   bool first = true;
   const Json options = Json::parse(options_json(training));

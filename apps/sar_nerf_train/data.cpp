@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "despeckle_option.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/dataset/fingerprint.h"
 #include "values.h"
@@ -123,6 +124,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
     std::move(more.begin(), more.end(), std::back_inserter(data.validation));
   }
   for (PosedImage& image : data.validation) image.acquisition.aim_m = glm::dvec3(0.0);
+  data.despeckled = despeckled_if_asked(o.despeckle_deg, data.validation);
   tell_oddities(o, data, console);
   return data;
 }

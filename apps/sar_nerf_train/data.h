@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "console.h"
 #include "options.h"
 #include "sarnerf/core/monitor.h"
+#include "sarnerf/dataset/despeckled_truth.h"
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/nerf/model_file.h"
 #include "sarnerf/nerf/training_set.h"
@@ -20,6 +22,7 @@ struct Data {
   std::vector<DatasetView> training_views;
   std::vector<PosedImage> validation;  ///< with the training set's aim point
   std::vector<DatasetView> validation_views;
+  std::optional<DespeckledTruth> despeckled;  ///< of the validation views, where asked for
   std::size_t n_held_out = 0;  ///< of them, views of the dataset itself, first
   TrainingSet set;             ///< moved out by whoever trains
 };

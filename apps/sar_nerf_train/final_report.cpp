@@ -11,6 +11,7 @@
 #include "report_page.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/stopwatch.h"
+#include "sarnerf/dataset/despeckled_evaluation.h"
 #include "sarnerf/dataset/display.h"
 #include "torch_setup.h"
 #include "version.h"
@@ -34,8 +35,13 @@ void judge(const ReportInput& in, Findings& findings, const Monitor& monitor) {
     settings.lpips = in.lpips;
     use_torch_threads(in.options.shared.n_threads);
   }
-  findings.evaluation = evaluate(in.data.validation, findings.predictions, in.trainer.set().images,
-                                 settings, monitor);
+  const auto& training = in.trainer.set().images;
+  settings.baselines = default_baselines(training, monitor);
+  findings.evaluation =
+      evaluate(in.data.validation, findings.predictions, training, settings, monitor);
+  if (in.data.despeckled)
+    findings.despeckled = evaluate_despeckled(*in.data.despeckled, findings.predictions, training,
+                                              settings, monitor);
 }
 
 void write_pictures(const ReportInput& in, const Findings& findings) {
@@ -74,6 +80,7 @@ std::string json_text(const ReportInput& in, const Findings& findings) {
                   {"libraries", torch_text()}};
   j["memory_bytes"] = {{"peak", peak_memory_bytes()}};
   j["evaluation"] = findings.evaluation ? evaluation_json(*findings.evaluation) : Json();
+  if (findings.despeckled) j["despeckled"] = evaluation_json(*findings.despeckled);
   if (!findings.lpips_missing.empty()) j["lpips_missing"] = findings.lpips_missing;
   return j.dump(2) + "\n";
 }

@@ -25,6 +25,7 @@ struct ReportInput {
 /// What was found out for it.
 struct Findings {
   std::optional<Evaluation> evaluation;   ///< of all views kept away from training
+  std::optional<Evaluation> despeckled;   ///< of their despeckled truth, where asked for
   std::vector<Image<float>> predictions;  ///< of them
   std::string lpips_missing;              ///< why there is no LPIPS
   StageTimes times;

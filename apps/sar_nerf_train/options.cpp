@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "command_line.h"
+#include "despeckle_option.h"
 #include "folder_name.h"
 #include "flat_toml.h"
 #include "run_folder.h"
@@ -35,7 +36,7 @@ constexpr const char* kExamples =
 
 /// The texts of all options, as given.
 struct Texts {
-  std::string dataset, field = "grid", surfaces = "auto", steps = "auto", time, holdout = "auto", patience = "off", against, lpips,
+  std::string dataset, field = "grid", surfaces = "auto", steps = "auto", time, holdout = "auto", patience = "off", against, lpips, despeckle = "off",
                        seed = "1";
   std::vector<std::string> training;
   std::string output, resume;
@@ -78,6 +79,8 @@ void add_options(CommandLine& command, Texts& t) {
       "End early and keep the best model when held-out views have come no closer for this part of "
       "the training (0.2, 20%)");
   add("--lpips", t.lpips, "FILE", "Weights of LPIPS (.safetensors, docs/lpips.md)");
+  add("--despeckle", t.despeckle, "DEG|off",
+      "Compare with averages of unseen views within so many degrees of azimuth, too (docs/metrics.md)");
 
   command.begin_group("Output");
   add("-o,--output", t.output, "RUN", "Run folder; default DATASET_run")->configurable(false);
@@ -111,6 +114,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   if (t.patience != "off") o.patience = parse_part("--patience", t.patience, 0.1, 1.0);
   o.against = without_slash(t.against);
   o.lpips = t.lpips;
+  o.despeckle_deg = parse_despeckle_deg(t.despeckle);
   o.seed = static_cast<std::uint64_t>(
       parse_whole("--seed", t.seed, 0, std::numeric_limits<std::int64_t>::max()));
   o.training = t.training;

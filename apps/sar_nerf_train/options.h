@@ -24,6 +24,7 @@ struct Options {
   double patience = 0.0;          ///< share of the schedule; 0: training ends with it
   std::filesystem::path against;  ///< empty: no views of another dataset
   std::filesystem::path lpips;    ///< empty: not computed
+  double despeckle_deg = 0.0;     ///< 0: single views are the only truth
   std::uint64_t seed = 1;
   std::vector<std::string> training;  ///< name=value
   std::filesystem::path run;          ///< folder of the output

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "despeckle_option.h"
 #include "explain.h"
 #include "flat_toml.h"
 #include "process.h"
@@ -17,7 +18,16 @@ namespace {
 constexpr std::size_t kMostPictures = 4, kPicturesOfTraining = 2;
 
 ReportScores scores_of(const Scores& s) {
-  return {s.psnr_power_db, s.psnr_amplitude_db, s.psnr_target_power_db, s.ssim_power, s.lpips};
+  ReportScores r{s.psnr_power_db, s.psnr_amplitude_db, s.psnr_target_power_db, s.ssim_power,
+                 s.lpips};
+  if (!s.background) return r;
+  r.log_amplitude_error_db = s.background->log_amplitude_error_db;
+  r.psnr_log_amplitude_db = s.background->log_amplitude_psnr_db;
+  r.looks = s.background->looks;
+  r.target_iou = s.background->target_iou;
+  r.shadow_iou = s.background->shadow_iou;
+  r.scatterer_error_m = s.background->scatterer_error_m;
+  return r;
 }
 
 ReportMethod method_of(const MethodScores& method, const std::string& name) {
@@ -50,6 +60,16 @@ void add_scores(const ReportInput& in, const Findings& findings, TrainingReport&
     for (const std::size_t n : views) sum_db += m.views[n].psnr_power_db;
     if (!views.empty()) r.levels.push_back({m.name, sum_db / static_cast<double>(views.size())});
   }
+}
+
+void add_despeckled(const ReportInput& in, const Findings& findings, TrainingReport& r) {
+  if (!findings.despeckled) return;
+  const Evaluation& e = *findings.despeckled;
+  ReportComparison comparison{despeckled_title(in.options.despeckle_deg, *in.data.despeckled), {}};
+  if (e.prediction) comparison.methods.push_back(method_of(*e.prediction, r.model->name));
+  for (const auto* list : {&e.baselines, &e.bounds})
+    for (const MethodScores& m : *list) comparison.methods.push_back(method_of(m, m.name));
+  r.comparisons.push_back(std::move(comparison));
 }
 
 void add_curve(const ReportInput& in, TrainingReport& r) {
@@ -127,6 +147,7 @@ TrainingReport report_of(const ReportInput& in, const Findings& findings) {
   if (in.data.training_views.size() == 1)
     r.warnings.push_back("a single view says little of the scene's shape");
   add_scores(in, findings, r);
+  add_despeckled(in, findings, r);
   add_curve(in, r);
   add_pictures(in, findings, r);
   for (const auto& [stage, seconds] : findings.times.stages) r.stages.push_back({stage, seconds});

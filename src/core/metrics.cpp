@@ -68,4 +68,22 @@ double psnr_db(const Image<float>& image, const Image<float>& reference, double 
   return mean == 0.0 ? kInfinity : 10.0 * std::log10(peak * peak / mean);
 }
 
+double log_amplitude_error_db(const Image<float>& power, const Image<float>& reference, double peak,
+                              double range_db) {
+  require_same_size(power, reference);
+  if (power.pixels().empty()) throw UsageError("images without pixels have no error");
+  if (!(peak > 0.0 && range_db > 0.0)) {
+    throw UsageError("decibels below a peak need a positive peak and range; they are " +
+                     std::to_string(peak) + " and " + std::to_string(range_db) + " dB");
+  }
+  const double floor = std::pow(10.0, -0.1 * range_db);
+  const auto level_db = [&](float p) { return 10.0 * std::log10(std::max(double(p) / peak, floor)); };
+  double sum = 0.0;
+  for (std::size_t n = 0; n < power.pixels().size(); ++n) {
+    const double d = level_db(power.pixels()[n]) - level_db(reference.pixels()[n]);
+    sum += d * d;
+  }
+  return std::sqrt(sum / double(power.pixels().size()));
+}
+
 }  // namespace sarnerf

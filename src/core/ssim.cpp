@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "gaussian_weights.h"
 #include "same_size.h"
 #include "sarnerf/core/error.h"
 
@@ -30,17 +31,9 @@ struct Moments {
 
 Moments of_pixel(double x, double y) { return {x, y, x * x, y * y, x * y}; }
 
-/// Weights of sum 1 along a side of n pixels.
-std::vector<double> gaussian(int n) {
-  std::vector<double> weights(static_cast<std::size_t>(std::min(n, kWindow)));
-  const double centre = 0.5 * (double(weights.size()) - 1.0);
-  double sum = 0.0;
-  for (std::size_t m = 0; m < weights.size(); ++m) {
-    const double d = (double(m) - centre) / kSigma_pixels;
-    sum += weights[m] = std::exp(-0.5 * d * d);
-  }
-  for (double& w : weights) w /= sum;
-  return weights;
+/// Weights along a side of n pixels.
+std::vector<double> window_weights(int n) {
+  return gaussian_weights(static_cast<std::size_t>(std::min(n, kWindow)), kSigma_pixels);
 }
 
 double similarity(const Moments& m, double c1, double c2) {
@@ -58,7 +51,8 @@ double ssim(const Image<float>& image, const Image<float>& reference, double pea
                      std::to_string(peak));
   }
   const double c1 = 0.01 * peak * (0.01 * peak), c2 = 0.03 * peak * (0.03 * peak);
-  const std::vector<double> down = gaussian(image.n_azimuth()), along = gaussian(image.n_range());
+  const std::vector<double> down = window_weights(image.n_azimuth()),
+                            along = window_weights(image.n_range());
   const int n_i = image.n_azimuth() - static_cast<int>(down.size()) + 1;
   const int n_j = image.n_range() - static_cast<int>(along.size()) + 1;
 

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <mutex>
 
+#include "mean_of_present.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/ssim.h"
+#include "sarnerf/dataset/background.h"
 
 namespace sarnerf {
 namespace {
@@ -24,26 +25,22 @@ Image<float> amplitude(const Image<float>& power) {
   return root;
 }
 
-/// Mean over the views that have a value; none where none has.
-template <class Value>
-std::optional<double> mean(const std::vector<Scores>& views, Value Scores::*value) {
-  double sum = 0.0;
-  int count = 0;
+Scores mean_of(std::span<const Scores> views) {
+  const auto mean = [&](auto member) {
+    return mean_of_present(views, [&](const Scores& s) { return std::optional<double>(s.*member); });
+  };
+  Scores means{mean(&Scores::psnr_power_db).value_or(0.0),
+               mean(&Scores::psnr_amplitude_db).value_or(0.0),
+               mean(&Scores::psnr_target_power_db),
+               mean(&Scores::ssim_power).value_or(0.0),
+               mean(&Scores::lpips),
+               {}};
+  std::vector<BackgroundScores> background;
   for (const Scores& s : views) {
-    const std::optional<double> v = s.*value;
-    if (!v) continue;
-    sum += *v;
-    ++count;
+    if (s.background) background.push_back(*s.background);
   }
-  if (count == 0) return std::nullopt;
-  return sum / count;
-}
-
-Scores mean_of(const std::vector<Scores>& views) {
-  return {mean(views, &Scores::psnr_power_db).value_or(0.0),
-          mean(views, &Scores::psnr_amplitude_db).value_or(0.0),
-          mean(views, &Scores::psnr_target_power_db),
-          mean(views, &Scores::ssim_power).value_or(0.0), mean(views, &Scores::lpips)};
+  if (!background.empty()) means.background = mean_of(background);
+  return means;
 }
 
 void check_counts(std::span<const PosedImage> truth, std::span<const Image<float>> predictions,
@@ -52,6 +49,12 @@ void check_counts(std::span<const PosedImage> truth, std::span<const Image<float
   if (!predictions.empty() && predictions.size() != truth.size()) {
     throw UsageError("an evaluation needs one prediction a view: " + std::to_string(truth.size()) +
                      " views, " + std::to_string(predictions.size()) + " predictions");
+  }
+  for (const Bound& bound : settings.bounds) {
+    if (bound.images.size() == truth.size()) continue;
+    throw UsageError("the bound '" + bound.name + "' needs one image a view: " +
+                     std::to_string(truth.size()) + " views, " +
+                     std::to_string(bound.images.size()) + " images");
   }
   if (training.empty() && !settings.peak_power) {
     throw UsageError("an evaluation without training images needs the peak that PSNR refers to");
@@ -66,6 +69,7 @@ struct Judge {
   std::span<const PosedImage> truth;
   double peak;
   const EvaluationSettings& settings;
+  bool with_background;
   const Monitor& monitor;
   std::uint64_t n_total;
   std::uint64_t n_done = 0;
@@ -83,7 +87,10 @@ struct Judge {
     parallel_for(truth.size(), 1, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t n = begin; n < end; ++n) {
         monitor.check();
-        method.views[n] = score_view(image_of(n), truth[n], peak, settings.target);
+        const Image<float>& image = image_of(n);
+        method.views[n] = score_view(image, truth[n], peak, settings.target);
+        if (with_background)
+          method.views[n].background = score_background(image, truth[n], peak, settings.background);
         done();
       }
     });
@@ -114,30 +121,6 @@ double peak_power(std::span<const PosedImage> images) {
                      "the scene and the swath");
   }
   return double(peak);
-}
-
-std::string name(const Baseline& baseline) {
-  std::string text(name(baseline.method));
-  if (supposes_plane(baseline.method) && baseline.plane_height_m != 0.0) {
-    char height[40];
-    std::snprintf(height, sizeof height, " (plane at %.2f m)", baseline.plane_height_m);
-    text += height;
-  }
-  return text;
-}
-
-std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
-                                        const Monitor& monitor) {
-  std::vector<Baseline> baselines;
-  for (const Interpolation method : interpolations_for(training))
-    baselines.push_back({method, 0.0});
-  if (baselines.empty()) return baselines;
-  const double fitted_m = fitted_plane_height_m(training, monitor);
-  if (fitted_m == 0.0) return baselines;
-  for (const Interpolation method : interpolations_for(training)) {
-    if (supposes_plane(method)) baselines.push_back({method, fitted_m});
-  }
-  return baselines;
 }
 
 const MethodScores* Evaluation::best_baseline() const {
@@ -191,8 +174,11 @@ Evaluation evaluate(std::span<const PosedImage> truth, std::span<const Image<flo
         {view.name, view.acquisition.azimuth_rad, view.acquisition.incidence_rad});
   }
 
-  const std::size_t n_methods = baselines.size() + (predictions.empty() ? 0 : 1);
-  Judge judge{truth, evaluation.peak_power, settings, monitor,
+  const std::size_t n_methods =
+      baselines.size() + settings.bounds.size() + (predictions.empty() ? 0 : 1);
+  const bool with_background = has_visible_background(truth);
+  if (with_background) evaluation.background = settings.background;
+  Judge judge{truth, evaluation.peak_power, settings, with_background, monitor,
               n_methods * truth.size() * (settings.lpips ? 2 : 1)};
   if (!predictions.empty()) {
     evaluation.prediction = judge.scores(
@@ -200,8 +186,12 @@ Evaluation evaluate(std::span<const PosedImage> truth, std::span<const Image<flo
   }
   for (const Baseline& b : baselines) {
     evaluation.baselines.push_back(judge.scores(name(b), [&](std::size_t n) {
-      return interpolate_view(training, truth[n].acquisition, b.method, b.plane_height_m);
+      return baseline_view(training, truth[n].acquisition, b);
     }));
+  }
+  for (const Bound& bound : settings.bounds) {
+    evaluation.bounds.push_back(judge.scores(
+        bound.name, [&](std::size_t n) -> const Image<float>& { return bound.images[n]; }));
   }
   return evaluation;
 }

@@ -3,11 +3,16 @@
 
 #include "sarnerf/dataset/view_interpolation.h"
 #include "view_neighbours.h"
+#include "warped_view.h"
 
 namespace sarnerf {
 
 /// interpolate_view() between views that were checked, which may be a part of the training set.
 Image<float> interpolate_between(Views training, const Acquisition& wanted, Interpolation method,
                                  double plane_height_m);
+
+/// Σ weight × view on the grid of `wanted`, each warped by the plane. See interpolate_view().
+Image<float> weighted_mean(std::span<const Neighbour> neighbours, const Acquisition& wanted,
+                           Warp warp, double plane_height_m);
 
 }  // namespace sarnerf

@@ -3,7 +3,6 @@
 
 #include "interpolate_between.h"
 #include "sarnerf/core/parallel.h"
-#include "warped_view.h"
 
 namespace sarnerf {
 namespace {
@@ -14,6 +13,8 @@ Warp warp_of(Interpolation method) {
       return Warp::rescale;
     case Interpolation::rotated_linear:
     case Interpolation::rotated_bilinear:
+    case Interpolation::rotated_mean:
+    case Interpolation::rotated_mean_bipitch:
       return Warp::turn;
     default:
       return Warp::none;
@@ -24,10 +25,17 @@ std::vector<Neighbour> neighbours_of(Views training, const Acquisition& wanted,
                                      Interpolation method) {
   if (method == Interpolation::nearest) return {nearest_view(training, wanted)};
   const std::vector<Pitch> all = pitches(training);
-  if (method == Interpolation::bilinear || method == Interpolation::rotated_bilinear) {
-    return pitch_and_azimuth_neighbours(all, wanted);
+  switch (method) {
+    case Interpolation::bilinear:
+    case Interpolation::rotated_bilinear:
+      return neighbours_of_two_pitches(all, wanted, azimuth_neighbours);
+    case Interpolation::rotated_mean:
+      return nearest_azimuths(nearest_pitch(all, wanted.incidence_rad), wanted);
+    case Interpolation::rotated_mean_bipitch:
+      return neighbours_of_two_pitches(all, wanted, nearest_azimuths);
+    default:
+      return azimuth_neighbours(nearest_pitch(all, wanted.incidence_rad), wanted);
   }
-  return azimuth_neighbours(nearest_pitch(all, wanted.incidence_rad), wanted);
 }
 
 }  // namespace
@@ -46,6 +54,10 @@ std::string_view name(Interpolation method) {
       return "bilinear in pitch and azimuth";
     case Interpolation::rotated_bilinear:
       return "rotated, then bilinear";
+    case Interpolation::rotated_mean:
+      return "rotated, mean of six";
+    case Interpolation::rotated_mean_bipitch:
+      return "rotated, mean of six at two pitches";
   }
   return "";
 }
@@ -59,12 +71,23 @@ std::vector<Interpolation> interpolations_for(std::span<const PosedImage> traini
   return {nearest, linear, rescaled_linear, rotated_linear, bilinear, rotated_bilinear};
 }
 
+std::vector<Interpolation> despeckling_for(std::span<const PosedImage> training) {
+  using enum Interpolation;
+  if (training.empty()) return {};
+  if (pitches(checked_views(training)).size() == 1) return {rotated_linear, rotated_mean};
+  return {rotated_linear, rotated_mean, rotated_mean_bipitch};
+}
+
 Image<float> interpolate_between(Views training, const Acquisition& wanted, Interpolation method,
                                  double plane_height_m) {
-  const std::vector<Neighbour> neighbours = neighbours_of(training, wanted, method);
+  return weighted_mean(neighbours_of(training, wanted, method), wanted, warp_of(method),
+                       plane_height_m);
+}
+
+Image<float> weighted_mean(std::span<const Neighbour> neighbours, const Acquisition& wanted,
+                           Warp warp, double plane_height_m) {
   std::vector<WarpedView> views;
-  for (const Neighbour& n : neighbours)
-    views.emplace_back(*n.view, wanted, warp_of(method), plane_height_m);
+  for (const Neighbour& n : neighbours) views.emplace_back(*n.view, wanted, warp, plane_height_m);
 
   Image<float> image(wanted.n_azimuth, wanted.n_range);
   parallel_for(static_cast<std::size_t>(wanted.n_azimuth), 16,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/units.h"
@@ -17,6 +18,8 @@ namespace {
 constexpr double kSameAngle_rad = 1e-9;
 
 constexpr double kPitchGap_rad = rad_from_deg(0.25);
+
+constexpr std::size_t kNearest = 6;  ///< of nearest_azimuths()
 
 /// How far to turn from one azimuth to another in the direction of growing azimuths, in [0, 2π).
 double turn_rad(double from_rad, double to_rad) {
@@ -106,6 +109,31 @@ std::vector<Neighbour> azimuth_neighbours(const Pitch& pitch, const Acquisition&
   return {{before.view, after.turn_rad / gap}, {after.view, before.turn_rad / gap}};
 }
 
+std::vector<Neighbour> nearest_azimuths(const Pitch& pitch, const Acquisition& wanted) {
+  struct Distance {
+    double turn_rad, tilt_rad;
+    const PosedImage* view;
+  };
+  std::vector<Distance> sorted;
+  for (const PosedImage* view : pitch.views) {
+    const Acquisition& a = view->acquisition;
+    sorted.push_back({std::abs(std::remainder(a.azimuth_rad - wanted.azimuth_rad, 2.0 * kPi)),
+                      std::abs(a.incidence_rad - wanted.incidence_rad), view});
+  }
+  // Rounded to what counts as one angle, so that the order stays a strict one.
+  const auto key = [](const Distance& d) {
+    return std::pair(std::llround(d.turn_rad / kSameAngle_rad),
+                     std::llround(d.tilt_rad / kSameAngle_rad));
+  };
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](const Distance& a, const Distance& b) { return key(a) < key(b); });
+  const std::size_t count = std::min(sorted.size(), kNearest);
+  std::vector<Neighbour> neighbours;
+  for (std::size_t n = 0; n < count; ++n)
+    neighbours.push_back({sorted[n].view, 1.0 / double(count)});
+  return neighbours;
+}
+
 const Pitch& nearest_pitch(std::span<const Pitch> all, double incidence_rad) {
   const Pitch* nearest = &all.front();
   for (const Pitch& pitch : all) {
@@ -117,20 +145,21 @@ const Pitch& nearest_pitch(std::span<const Pitch> all, double incidence_rad) {
   return *nearest;
 }
 
-std::vector<Neighbour> pitch_and_azimuth_neighbours(std::span<const Pitch> all,
-                                                    const Acquisition& wanted) {
+std::vector<Neighbour> neighbours_of_two_pitches(
+    std::span<const Pitch> all, const Acquisition& wanted,
+    std::vector<Neighbour> (*of_pitch)(const Pitch&, const Acquisition&)) {
   const auto above = std::find_if(all.begin(), all.end(), [&](const Pitch& pitch) {
     return pitch.incidence_rad > wanted.incidence_rad - kSameAngle_rad;
   });
-  if (above == all.end()) return azimuth_neighbours(all.back(), wanted);
+  if (above == all.end()) return of_pitch(all.back(), wanted);
   const double beyond = above->incidence_rad - wanted.incidence_rad;
-  if (above == all.begin() || beyond < kSameAngle_rad) return azimuth_neighbours(*above, wanted);
+  if (above == all.begin() || beyond < kSameAngle_rad) return of_pitch(*above, wanted);
 
   const Pitch& below = *(above - 1);
   const double weight_below = beyond / (above->incidence_rad - below.incidence_rad);
-  std::vector<Neighbour> neighbours = azimuth_neighbours(below, wanted);
+  std::vector<Neighbour> neighbours = of_pitch(below, wanted);
   for (Neighbour& n : neighbours) n.weight *= weight_below;
-  for (const Neighbour& n : azimuth_neighbours(*above, wanted)) {
+  for (const Neighbour& n : of_pitch(*above, wanted)) {
     neighbours.push_back({n.view, n.weight * (1.0 - weight_below)});
   }
   return neighbours;

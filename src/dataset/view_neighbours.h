@@ -37,12 +37,17 @@ Neighbour nearest_view(Views training, const Acquisition& wanted);
 /// incidence, of equals the first.
 std::vector<Neighbour> azimuth_neighbours(const Pitch& pitch, const Acquisition& wanted);
 
+/// The six views nearest in azimuth, on whatever side, or all where there are fewer, with equal weights. Of equally near
+/// ones those nearest in incidence, of equals the first.
+std::vector<Neighbour> nearest_azimuths(const Pitch& pitch, const Acquisition& wanted);
+
 /// The pitch nearest in incidence; of equals the smaller.
 const Pitch& nearest_pitch(std::span<const Pitch> all, double incidence_rad);
 
-/// azimuth_neighbours() of the pitches below and above, with weights that are linear in incidence too; of the
-/// border's alone beyond it.
-std::vector<Neighbour> pitch_and_azimuth_neighbours(std::span<const Pitch> all,
-                                                    const Acquisition& wanted);
+/// The neighbours that `of_pitch` finds at the pitches below and above, with weights that are linear in incidence too;
+/// of the border's alone beyond it.
+std::vector<Neighbour> neighbours_of_two_pitches(
+    std::span<const Pitch> all, const Acquisition& wanted,
+    std::vector<Neighbour> (*of_pitch)(const Pitch&, const Acquisition&));
 
 }  // namespace sarnerf

@@ -123,15 +123,6 @@ std::vector<std::size_t> views_of_texture(std::size_t n) {
   return chosen;
 }
 
-bool has_background(Views images) {
-  std::size_t n_positive = 0, n = 0;
-  for (const PosedImage& image : images) {
-    n += image.power.pixels().size();
-    for (const float p : image.power.pixels()) n_positive += p > 0.0f;
-  }
-  return 2 * n_positive > n;
-}
-
 std::optional<BareGround> estimated_ground(Views images, const Box& box_m) {
   if (images.size() < kLeastViews || !has_background(images)) return {};
   BareGround ground = empty_ground(images, box_m);

@@ -88,6 +88,8 @@ class Sections {
           "No views were held out, so this report cannot say how good the model is on views that "
           "it has not seen.");
     }
+    for (const ReportComparison& comparison : report_.comparisons)
+      add(comparison_table(comparison));
     if (plot) add(*plot);
   }
 

@@ -16,12 +16,18 @@ struct Column {
   int digits;
 };
 
-constexpr std::array<Column, 5> kColumns{
+constexpr std::array<Column, 11> kColumns{
     {{&ReportScores::psnr_power_db, "PSNR, power (dB)", 2},
      {&ReportScores::psnr_amplitude_db, "PSNR, amplitude (dB)", 2},
      {&ReportScores::psnr_mask_db, "PSNR, target only (dB)", 2},
      {&ReportScores::ssim, "SSIM", 4},
-     {&ReportScores::lpips, "LPIPS", 4}}};
+     {&ReportScores::lpips, "LPIPS", 4},
+     {&ReportScores::log_amplitude_error_db, "log-amplitude error (dB)", 2},
+     {&ReportScores::psnr_log_amplitude_db, "PSNR, log amplitude (dB)", 2},
+     {&ReportScores::looks, "looks", 1},
+     {&ReportScores::target_iou, "IoU, target", 3},
+     {&ReportScores::shadow_iou, "IoU, shadow", 3},
+     {&ReportScores::scatterer_error_m, "scatterers off by (m)", 2}}};
 
 /// The columns of which at least one of the scores has a value.
 std::vector<Column> columns_with_values(const std::vector<const ReportScores*>& all) {
@@ -33,6 +39,26 @@ std::vector<Column> columns_with_values(const std::vector<const ReportScores*>& 
     if (std::ranges::any_of(all, has)) columns.push_back(column);
   }
   return columns;
+}
+
+std::vector<Column> means_columns(const std::vector<const ReportMethod*>& methods) {
+  std::vector<const ReportScores*> means;
+  for (const ReportMethod* method : methods) means.push_back(&method->mean);
+  return columns_with_values(means);
+}
+
+PageTable table_of_means(const std::vector<const ReportMethod*>& methods,
+                         const std::vector<Column>& columns) {
+  PageTable table;
+  table.columns = {{"method"}};
+  for (const Column& column : columns) table.columns.push_back({column.heading, Align::right});
+  for (const ReportMethod* method : methods) {
+    std::vector<std::string>& row = table.rows.emplace_back();
+    row.push_back(method->name);
+    for (const Column& column : columns)
+      row.push_back(decimal(method->mean.*column.score, column.digits));
+  }
+  return table;
 }
 
 std::string caption(const TrainingReport& report, bool has_lpips, bool has_mask) {
@@ -85,27 +111,25 @@ std::string scores_in_words(const ReportScores& scores) {
   return text;
 }
 
+PageTable comparison_table(const ReportComparison& comparison) {
+  std::vector<const ReportMethod*> methods;
+  for (const ReportMethod& method : comparison.methods) methods.push_back(&method);
+  PageTable table = table_of_means(methods, means_columns(methods));
+  table.caption = "Means over " + comparison.truth + ".";
+  return table;
+}
+
 PageTable score_table(const TrainingReport& report) {
   std::vector<const ReportMethod*> methods;
   if (report.model) methods.push_back(&*report.model);
   for (const ReportMethod& baseline : report.baselines) methods.push_back(&baseline);
-  std::vector<const ReportScores*> means;
-  for (const ReportMethod* method : methods) means.push_back(&method->mean);
-  const std::vector<Column> columns = columns_with_values(means);
+  const std::vector<Column> columns = means_columns(methods);
 
-  PageTable table;
+  PageTable table = table_of_means(methods, columns);
   const auto shows = [&](auto score) {
     return std::ranges::find(columns, score, &Column::score) != columns.end();
   };
   table.caption = caption(report, shows(&ReportScores::lpips), shows(&ReportScores::psnr_mask_db));
-  table.columns = {{"method"}};
-  for (const Column& column : columns) table.columns.push_back({column.heading, Align::right});
-  for (const ReportMethod* method : methods) {
-    std::vector<std::string>& row = table.rows.emplace_back();
-    row.push_back(method->name);
-    for (const Column& column : columns)
-      row.push_back(decimal(method->mean.*column.score, column.digits));
-  }
   if (report.model) table.emphasised = {0};
   return table;
 }

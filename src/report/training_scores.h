@@ -22,6 +22,9 @@ std::optional<Margin> margin_over_baselines(const TrainingReport& report);
 /// "PSNR 48.21 dB in power, 39.40 dB in amplitude, SSIM 0.998"; empty without scores.
 std::string scores_in_words(const ReportScores& scores);
 
+/// The means of a comparison with another truth.
+PageTable comparison_table(const ReportComparison& comparison);
+
 /// The methods' means, one row each, the model first.
 PageTable score_table(const TrainingReport& report);
 

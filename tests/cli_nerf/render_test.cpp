@@ -99,6 +99,32 @@ TEST_CASE("a model is compared with the views that it has not seen") {
             .out.find("nearest view") != std::string::npos);
 }
 
+TEST_CASE("a model is compared with despeckled views, true neighbours beside it") {
+  const LearnedScene scene;
+  scene.write_dataset("test", 24, 0.0);
+  // Unseen views are 30 degrees apart, odd ones 60.
+  const std::vector<std::string> command{"run",         "--against", "test", "-o", "scores",
+                                         "--despeckle", "60"};
+  const Outcome compared = scene.render(command);
+  INFO(compared.err);
+  REQUIRE(compared.code == 0);
+  CHECK(compared.out.find("6 despeckled views") != std::string::npos);
+  CHECK(compared.out.find("| true neighbours, blurred by 1") != std::string::npos);
+  const Json scores = Json::parse(read_text(scene / "scores/evaluation.json"));
+  CHECK(scores.at("views").size() == 12);
+  CHECK_FALSE(scores.contains("bounds"));
+  const Json& averaged = scores.at("despeckled");
+  CHECK(averaged.at("views").size() == 6);
+  CHECK(averaged.at("model").at("views").size() == 6);
+  CHECK(averaged.at("bounds").size() == 2);
+  CHECK(averaged.at("baselines").size() == scores.at("baselines").size());
+
+  CHECK(scene.render({"run", "--against", "test", "-o", "scores"}).is_error("despeckle_deg"));
+  CHECK(scene.render({"run", "--against", "test", "--despeckle", "3"}).is_error("--despeckle"));
+  CHECK(scene.render({"run", "--despeckle", "3"}).is_error("--despeckle"));
+  CHECK(scene.render({"run", "--against", "test", "--despeckle", "95"}).code == 2);
+}
+
 TEST_CASE("options of rendering are checked") {
   const LearnedScene scene;
   CHECK(scene.render({"run", "--pitch", "45", "--depression", "40"}).code == 2);

@@ -6,6 +6,7 @@
 
 #include "catch.h"
 #include "sarnerf/core/error.h"
+#include "speckle.h"
 
 using namespace sarnerf;
 
@@ -59,4 +60,27 @@ TEST_CASE("metrics refuse what cannot be compared") {
   CHECK_THROWS_AS(db_error_percentile(row({1}), row({1}), 101.0), UsageError);
   CHECK_THROWS_AS(psnr_db(row({1, 2}), row({1}), 1.0), UsageError);
   CHECK_THROWS_AS(psnr_db(row({1}), row({1}), 0.0), UsageError);
+}
+
+TEST_CASE("log-amplitude error: factors are decibels, and what lies below the floor is equal") {
+  CHECK(log_amplitude_error_db(row({10, 1, 0.1f}), row({1, 0.1f, 0.01f}), 10.0) ==
+        Approx(10.0).epsilon(1e-6));
+  // 10 dB up, 10 dB down, right: √(200/3) dB.
+  CHECK(log_amplitude_error_db(row({1, 0.01f, 1}), row({0.1f, 0.1f, 1}), 1.0) ==
+        Approx(std::sqrt(200.0 / 3.0)).epsilon(1e-6));
+  CHECK(log_amplitude_error_db(row({0, 1e-9f}), row({1e-5f, -1}), 1.0) == 0.0);
+  CHECK(log_amplitude_error_db(row({0}), row({1e-3f}), 1.0) == Approx(10.0).epsilon(1e-5));
+  CHECK(log_amplitude_error_db(row({0}), row({1e-3f}), 1.0, 20.0) == 0.0);
+  CHECK_THROWS_AS(log_amplitude_error_db(row({1}), row({1, 1}), 1.0), UsageError);
+  CHECK_THROWS_AS(log_amplitude_error_db(row({1}), row({1}), 0.0), UsageError);
+  CHECK_THROWS_AS(log_amplitude_error_db(row({1}), row({1}), 1.0, 0.0), UsageError);
+  CHECK_THROWS_AS(log_amplitude_error_db({}, {}, 1.0), UsageError);
+}
+
+TEST_CASE("log-amplitude error: speckle of one look has the deviation of a log-exponential variable") {
+  // var ln I = π²/6 for an exponential variable of any mean; its mean is that of ln I, −γ, beside the clean image's.
+  const Image<float> speckled = test::speckle(300, 1, 0.0, 8);
+  const Image<float> clean(300, 300, std::exp(-0.5772157f));
+  CHECK(log_amplitude_error_db(speckled, clean, 10.0, 80.0) ==
+        Approx(10.0 / std::log(10.0) * M_PI / std::sqrt(6.0)).epsilon(0.01));
 }

@@ -21,4 +21,14 @@ double db_error_percentile(const Image<float>& image, const Image<float>& refere
 /// images. Throws UsageError when the sizes differ or the peak is not positive.
 double psnr_db(const Image<float>& image, const Image<float>& reference, double peak);
 
+/// Root mean square of the difference in decibels, of 20 log₁₀ of the amplitudes √I, which is 10 log₁₀ I:
+///
+///     √ mean (d(I) − d(I*))²    d(I) = 10 log₁₀ max(I / peak, 10^(−range_db/10))
+///
+/// What a picture in decibels shows: shadows and clutter count as much as the target, and multiplicative speckle
+/// has one deviation wherever it stands (5.57 dB for one look). Below the floor all is equally dark. Throws
+/// UsageError when sizes differ, for images without pixels, and where peak or range are not positive.
+double log_amplitude_error_db(const Image<float>& power, const Image<float>& reference, double peak,
+                              double range_db = 40.0);
+
 }  // namespace sarnerf

@@ -9,8 +9,9 @@
 
 #include "sarnerf/core/monitor.h"
 #include "sarnerf/core/target_mask.h"
+#include "sarnerf/dataset/background_scores.h"
+#include "sarnerf/dataset/baseline.h"
 #include "sarnerf/dataset/posed_image.h"
-#include "sarnerf/dataset/view_interpolation.h"
 
 /// How good images of unseen views are, beside what interpolation between the training images gives on the very
 /// same views.
@@ -28,6 +29,7 @@ struct Scores {
   std::optional<double> psnr_target_power_db;
   double ssim_power = 0.0;
   std::optional<double> lpips;  ///< none unless asked for
+  std::optional<BackgroundScores> background;  ///< none where the truth's images have no background
 };
 
 /// One way of predicting images, judged on all views.
@@ -51,6 +53,8 @@ struct Evaluation {
   std::vector<EvaluatedView> views;
   std::optional<MethodScores> prediction;  ///< none when only the baselines were judged
   std::vector<MethodScores> baselines;     ///< none without training images
+  std::vector<MethodScores> bounds;        ///< what knows more than any method may
+  std::optional<BackgroundRule> background;  ///< of the scores that need one; none where there are none
 
   /// The baseline with the highest mean PSNR of power; null where there is none.
   const MethodScores* best_baseline() const;
@@ -64,25 +68,19 @@ struct Evaluation {
 using ImageDistance =
     std::function<double(const Image<float>& power, const Image<float>& truth, double peak)>;
 
-/// One way of interpolation to compare with.
-struct Baseline {
-  Interpolation method = Interpolation::linear;
-  double plane_height_m = 0.0;  ///< see interpolate_view(); of methods that turn or rescale
+/// Images to be judged beside the prediction that were made of what no method knows, such as other views of the truth.
+struct Bound {
+  std::string name;
+  std::vector<Image<float>> images;  ///< one a view
 };
-
-/// name() of the method, with the height of its plane unless that goes through the aim point.
-std::string name(const Baseline& baseline);
-
-/// interpolations_for() the training images, each that supposes a plane twice: with the plane through the aim point
-/// and with the one at fitted_plane_height_m(). None without training images. Cost: that of the fit.
-std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
-                                        const Monitor& monitor = {});
 
 struct EvaluationSettings {
   std::optional<double> peak_power;  ///< unless given, peak_power() of the training images
   TargetRule target;
   std::optional<std::vector<Baseline>> baselines;  ///< unless given, default_baselines()
   ImageDistance lpips;                             ///< empty: not computed
+  std::vector<Bound> bounds;
+  BackgroundRule background;  ///< of use where the truth has_visible_background()
 };
 
 /// Largest power of all images. Throws InputError when they are blank or there are none: nothing can be compared
@@ -91,11 +89,11 @@ double peak_power(std::span<const PosedImage> images);
 
 /// Scores of one image, relative to a peak. Throws UsageError when sizes differ or the peak is not positive;
 /// NumericsError, naming the view, for an image that holds values that are not finite. Powers below zero, which a
-/// method may predict, have amplitude zero. Without LPIPS.
+/// method may predict, have amplitude zero. Without LPIPS and score_background().
 Scores score_view(const Image<float>& power, const PosedImage& truth, double peak,
                   const TargetRule& target = {});
 
-/// Judges predictions of the views in `truth`, and each baseline on the same views. `predictions` are linear power
+/// Judges predictions of the views in `truth`, and each baseline and bound on the same views. `predictions` are linear power
 /// on the grids of the truth, one a view, or none at all; without `training` there are no baselines and the
 /// settings must name the peak. Throws UsageError when counts or sizes do not fit or there is no view, NumericsError
 /// for predictions that are not finite, InputError for blank training images, Interrupted when the monitor asks

@@ -14,14 +14,16 @@ namespace sarnerf {
 
 /// How. A pitch is a group of training views of nearly equal incidence: sorted by incidence, views belong together
 /// up to a step of more than 0.25°, so that measured angles that scatter about a nominal one stay one pitch. Where
-/// there are several, the three methods that are linear take the pitch nearest to the wanted incidence.
+/// there are several, the methods that are not said to take two take the pitch nearest to the wanted incidence.
 enum class Interpolation {
   nearest,          ///< the view whose line of sight makes the smallest angle with the wanted one
   linear,           ///< the two neighbours in azimuth, around the circle, weighted by distance
   rescaled_linear,  ///< the same, ranges rescaled to the wanted incidence; azimuths stay
   rotated_linear,   ///< the same, each turned to the wanted azimuth and incidence
   bilinear,         ///< `linear` at the pitches above and below, or the outermost, weighted too
-  rotated_bilinear  ///< `rotated_linear` at the pitches above and below
+  rotated_bilinear,  ///< `rotated_linear` at the pitches above and below
+  rotated_mean,  ///< the mean of the six views nearest in azimuth, each turned as by `rotated_linear`: less speckle
+  rotated_mean_bipitch  ///< `rotated_mean` at the pitches above and below, weighted by distance
 };
 
 /// "nearest view", "linear in azimuth", …: for the rows of tables.
@@ -31,8 +33,12 @@ std::string_view name(Interpolation method);
 bool supposes_plane(Interpolation method);
 
 /// The methods that differ from one another on these views: `nearest`, `linear` and `rotated_linear`, and all six
-/// where the views have more than one pitch.
+/// where the views have more than one pitch. Those that average to be rid of speckle are despeckling_for()'s.
 std::vector<Interpolation> interpolations_for(std::span<const PosedImage> training);
+
+/// The methods worth a blur where images are speckled: `rotated_linear` and `rotated_mean`, and where the views have
+/// more than one pitch `rotated_mean_bipitch`.
+std::vector<Interpolation> despeckling_for(std::span<const PosedImage> training);
 
 /// The image that `method` predicts on the grid of `wanted`, linear power.
 ///
@@ -46,11 +52,12 @@ std::vector<Interpolation> interpolations_for(std::span<const PosedImage> traini
 ///
 /// is looked up where the training view sees it (project()), so range shrinks or grows by the ratio of the sines of
 /// the incidences; bins nearer than the plane are 0. Values are carried over as they are. Every method
-/// returns a training view's own image, bit by bit, where nothing else was taken from that azimuth at that pitch.
+/// but the means returns a training view's own image, bit by bit, where nothing else was taken from that azimuth at
+/// that pitch.
 ///
 /// Throws UsageError without training images and where an image has not the size that its acquisition says;
 /// GeometryError for an impossible acquisition. Cost: linear in the pixels wanted, at most two images looked up at
-/// each (bilinear methods: four), rows in parallel.
+/// each (bilinear methods: four; means: six or twelve), rows in parallel.
 Image<float> interpolate_view(std::span<const PosedImage> training, const Acquisition& wanted,
                               Interpolation method, double plane_height_m = 0.0);
 

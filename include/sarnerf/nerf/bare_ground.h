@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sarnerf/core/image.h"
+#include "sarnerf/dataset/background.h"
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/geometry/box.h"
 
@@ -36,8 +37,5 @@ struct BareGround {
 ///
 /// Cost: views × cells and views × pixels, some 50 ns each, in parallel.
 std::optional<BareGround> find_bare_ground(std::span<const PosedImage> images, const Box& box_m);
-
-/// Whether most of the pixels return power: the images show a ground, or clutter, and zeros tell nothing of space.
-bool has_background(std::span<const PosedImage> images);
 
 }  // namespace sarnerf

@@ -18,6 +18,12 @@ struct ReportScores {
   std::optional<double> psnr_mask_db{};  ///< of power, over the dilated target
   std::optional<double> ssim{};
   std::optional<double> lpips{};
+  // Of images with a background:
+  std::optional<double> log_amplitude_error_db{};
+  std::optional<double> psnr_log_amplitude_db{};
+  std::optional<double> looks{};
+  std::optional<double> target_iou{}, shadow_iou{};
+  std::optional<double> scatterer_error_m{};
 };
 
 /// A view that was not trained on. Angles as in a dataset's file.
@@ -32,6 +38,12 @@ struct ReportMethod {
   std::string name;
   ReportScores mean;                     ///< mean of the views' values, decibels averaged as such
   std::vector<ReportScores> per_view{};  ///< one for each held-out view, or none
+};
+
+/// The same methods, and what bounds them, compared with another truth.
+struct ReportComparison {
+  std::string truth;                   ///< what it is, in a clause
+  std::vector<ReportMethod> methods;   ///< the model first
 };
 
 struct CurvePoint {
@@ -84,6 +96,7 @@ struct TrainingReport {
   std::vector<double> training_azimuths_deg{};  ///< marked in the plot over azimuth
   std::optional<ReportMethod> model{};
   std::vector<ReportMethod> baselines{};
+  std::vector<ReportComparison> comparisons{};  ///< beside that with the held-out views themselves
   double peak_power = 0.0;    ///< of all PSNR: the largest pixel of the training images; 0: unknown
   std::string mask;           ///< how the target's mask was made, in a clause
   std::string lpips_missing;  ///< why there is no LPIPS
