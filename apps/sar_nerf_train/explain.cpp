@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <set>
 
+#include "sarnerf/core/format.h"
+
 #include "values.h"
 
 namespace sarnerf::app {
@@ -23,6 +25,10 @@ std::string sizes_text(const std::vector<DatasetView>& views) {
 
 /// What the images show around the scene, and what follows.
 std::string background_text(const TrainingSet& set) {
+  if (set.clutter)
+    return format("speckle over level ground, %.3g m above the aim point: rays end on it, errors count in proportion to "
+                  "brightness, matter may be up to %.3g m above it (--scene-height)",
+                  set.clutter->ground->height_m, set.box_m.max.y - set.clutter->ground->height_m);
   if (!set.ground)
     return has_background(set.images) ? "returns power, but is no level ground of clear texture: nothing is carved"
                                       : "dark: what lies in front of the first returns is empty";

@@ -36,8 +36,8 @@ constexpr const char* kExamples =
 
 /// The texts of all options, as given.
 struct Texts {
-  std::string dataset, field = "grid", surfaces = "auto", steps = "auto", time, holdout = "auto", patience = "off", against, lpips, despeckle = "off",
-                       seed = "1";
+  std::string dataset, field = "grid", surfaces = "auto", scene_height = "auto", steps = "auto", time;
+  std::string holdout = "auto", patience = "off", against, lpips, despeckle = "off", seed = "1";
   std::vector<std::string> training;
   std::string output, resume;
   bool overwrite = false, explain = false;
@@ -59,6 +59,8 @@ void add_options(CommandLine& command, Texts& t) {
       "Learn opaque matter, from which surfaces can be taken; auto: with 36 or more images of different incidences "
       "and no background")
       ->check(one_of({"auto", "on", "off"}));
+  add("--scene-height", t.scene_height, "M|auto",
+      "How high matter may rise above the ground of speckled images; auto: a quarter of the ground that a view shows");
   add("--steps", t.steps, "N|auto", "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
   add("--time", t.time, "TIME",
       "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
@@ -103,6 +105,10 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   o.dataset = without_slash(t.dataset);
   o.field = t.field;
   if (t.surfaces != "auto") o.surfaces = t.surfaces == "on";
+  if (t.scene_height != "auto") {
+    o.scene_height_m = parse_number("--scene-height", t.scene_height);
+    if (!(*o.scene_height_m > 0.0)) throw UsageError("--scene-height: " + t.scene_height + " is not above 0 metres");
+  }
   if (!t.time.empty()) {
     if (steps_given)
       throw UsageError("--steps and --time both say when training ends; give one of them");

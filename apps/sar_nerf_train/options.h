@@ -17,6 +17,7 @@ struct Options {
   std::filesystem::path dataset;
   std::string field = "grid";
   std::optional<bool> surfaces;  ///< unless the images decide
+  std::optional<double> scene_height_m;  ///< unless told, a quarter of the views' width where they are speckled
   std::int64_t steps = 0;        ///< 0: as many as suit the images
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
   std::string holdout_text = "auto";

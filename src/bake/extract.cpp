@@ -158,6 +158,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
 
   std::optional<double> floor_m;
   if (options.ground_height_m) floor_m = *options.ground_height_m - aim_m.y;
+  else if (grid != nullptr && grid->ground != nullptr) floor_m = grid->ground->height_m;
   result.bottom_was_given = floor_m.has_value();
   openvdb::FloatGrid::Ptr occupancy;
   if (options.body == Body::solid) {

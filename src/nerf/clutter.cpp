@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "gaussian.h"
 #include "ground_views.h"
+#include "sarnerf/core/gaussian_blur.h"
 #include "sarnerf/core/parallel.h"
 
 namespace sarnerf {
@@ -100,6 +100,19 @@ Image<float> uniform(const Image<float>& like, double value) {
   return Image<float>(like.n_azimuth(), like.n_range(), static_cast<float>(value));
 }
 
+/// Blurred, pixels counting as often as they were seen; `otherwise` where nothing was for three standard deviations.
+Image<float> smoothed(const Texture& texture, double sigma, double otherwise) {
+  Image<float> seen = texture.mean;
+  for (std::size_t n = 0; n < seen.pixels().size(); ++n) seen.pixels()[n] *= texture.n_views.pixels()[n];
+  seen = gaussian_blur(seen, sigma);
+  const Image<float> weight = gaussian_blur(texture.n_views, sigma);
+  for (std::size_t n = 0; n < seen.pixels().size(); ++n) {
+    const float w = weight.pixels()[n];
+    seen.pixels()[n] = w > 0.0f ? seen.pixels()[n] / w : static_cast<float>(otherwise);
+  }
+  return seen;
+}
+
 /// The texture, smoothed as half of the views predict the other half best.
 ///
 /// Its mean is made the usual one: looking like ground is a choice, and pixels that happen to be bright do so less often.
@@ -115,7 +128,7 @@ Image<float> smoothed_texture(Views images, const BareGround& ground, std::span<
   double least = error(uniformly);
   Image<float> best = uniformly(all);
   for (const double sigma : kSmoothings) {
-    const auto smoothly = [&](const Texture& t) { return weighted_gaussian(t.mean, t.n_views, sigma, weighted_mean(t)); };
+    const auto smoothly = [&](const Texture& t) { return smoothed(t, sigma, weighted_mean(t)); };
     const double e = error(smoothly);
     if (e >= least) continue;
     least = e;
@@ -156,7 +169,7 @@ Image<std::uint8_t> pixels_like(const PosedImage& image, const LevelGround& grou
       ratio(i, j) = expected > 0.0 ? static_cast<float>(double{image.power(i, j)} / expected) : 0.0f;
     }
   }
-  const Image<float> around = weighted_gaussian(ratio, uniform(ratio, 1.0), kSurroundings, 1.0);
+  const Image<float> around = gaussian_blur(ratio, kSurroundings);
   Image<std::uint8_t> like(ratio.n_azimuth(), ratio.n_range());
   for (std::size_t n = 0; n < like.pixels().size(); ++n)
     like.pixels()[n] = double{around.pixels()[n]} > 1.0 / kAlike && double{around.pixels()[n]} < kAlike ? 1 : 0;

@@ -4,6 +4,7 @@
 #include "archive_text.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/grid_field.h"
+#include "ground_archive.h"
 #include "voxel_archive.h"
 
 namespace sarnerf {
@@ -19,6 +20,7 @@ Archive GridField::state() const {
             {"voxel_size_m", transform_.voxel_size_m},
             {"harmonics_degree", channels_.harmonics_degree},
             {"source_scale", source_scale_}});
+  if (ground) add_ground(archive, *ground);
   return archive;
 }
 
@@ -50,6 +52,7 @@ GridField restore_grid_field(const Archive& archive, const std::string& where) {
   CarvedVoxels carved = voxels_of(archive, where);
   GridField field(transform, degree, scale);
   field.set_voxels(std::move(carved.topology), carved.active, log_depth.clone(), coefficients.clone());
+  field.ground = ground_of(archive, where);
   return field;
 }
 

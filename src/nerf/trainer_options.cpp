@@ -98,6 +98,18 @@ void learn_surfaces(GridOptions& grid, bool several_incidences) {
   grid.brightness_decay = several_incidences ? 1.0 : 0.7;
 }
 
+/// Errors in proportion to brightness, thin fog, and priors that speckle does not pass; learning rates at which it
+/// averages out. Measured on a truck and an L-shaped building of one look (docs/training.md).
+void learn_from_speckle(TrainerOptions& options) {
+  options.speckle_floor = 0.2;
+  options.ray_spacing = 1.0;
+  options.grid.initial_depth = 0.1;
+  options.grid.source_rate = 0.03;
+  options.grid.smooth_density = 1e-2;
+  options.grid.smooth_source = 0.1;
+  options.grid.smooth_angular = 0.1;
+}
+
 }  // namespace
 
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule,
@@ -118,7 +130,8 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.grid.initial_depth = 0.2;
     options.final_distortion = 0.05;
   }
-  if (has_background(set.images) && !set.ground) {
+  if (set.clutter) learn_from_speckle(options);
+  if (has_background(set.images) && !set.ground && !set.clutter) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
     options.grid.initial_depth = 0.01;
     options.grid.n_levels = 3;

@@ -2,9 +2,11 @@
 #include "sarnerf/nerf/training_set.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/dataset/background.h"
 
 namespace sarnerf {
 namespace {
@@ -22,9 +24,19 @@ float mean_of_brightest(const std::vector<PosedImage>& images) {
   return static_cast<float>(sum / static_cast<double>(n));
 }
 
+/// The largest of the views'.
+double level_width_m(const std::vector<PosedImage>& images) {
+  double most = 0.0;
+  for (const PosedImage& image : images) {
+    const Acquisition& a = image.acquisition;
+    most = std::max(most, a.n_range * a.range_spacing_m / std::sin(a.incidence_rad));
+  }
+  return most;
+}
+
 }  // namespace
 
-TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m) {
+TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, std::optional<double> height_m) {
   if (images.empty()) throw InputError("there is no image to learn from");
   TrainingSet set;
   const glm::dvec3 aim_m = images.front().acquisition.aim_m;
@@ -38,8 +50,9 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m)
                      "with another aim point than the dataset says?");
   set.bright = mean_of_brightest(images);
   set.ground = find_bare_ground(images, set.box_m);
-  if (!set.ground) set.clutter = find_clutter(images, set.box_m);
+  if (!set.ground && is_speckled(images)) set.clutter = find_clutter(images, set.box_m);
   if (set.clutter) {
+    set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + height_m.value_or(0.25 * level_width_m(images)));
     for (std::size_t v = 0; v < images.size(); ++v)
       for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / set.clutter->gain[v]);
   }

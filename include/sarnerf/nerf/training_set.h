@@ -23,6 +23,11 @@ struct TrainingSet {
 
 /// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest. Throws InputError for
 /// images without any power.
-TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m);
+///
+/// Where images are speckled, they are divided by their gains, and matter is looked for up to `height_m` above the bottom
+/// of the box: unless told, a quarter of the level width that a view sees, since clutter does not say how high a place is
+/// whose shadow lies outside of the images.
+TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
+                         std::optional<double> height_m = std::nullopt);
 
 }  // namespace sarnerf
