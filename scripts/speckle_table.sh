@@ -1,0 +1,79 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Learning under speckle against clean truth. Needs a build (scripts/demo.sh makes one).
+set -eu
+
+usage() {
+  cat <<USAGE
+Usage: scripts/speckle_table.sh [--looks LIST] [--every LIST] [--depression LIST] [--folder FOLDER] [SCENE[:SCALE]...]
+Renders each scene on grass as MSTAR's radar sees it (128 x 128 pixels of 0.2 m, resolution 0.305 m), learns it from
+speckled views, and compares 24 unseen azimuths with their clean images, beside the best of all baselines in each column
+(Markdown). Data and runs stay in FOLDER.
+  --looks LIST       (default "1 4")
+  --every LIST       degrees between training azimuths (default "5 10 15")
+  --depression LIST  degrees (default "15 17 30")
+  --folder FOLDER    (default build/speckle_table)
+  SCENE              default: the L-shaped building of data/
+USAGE
+}
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+looks="1 4"
+every="5 10 15"
+depressions="15 17 30"
+folder=$root/build/speckle_table
+scenes=
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --looks) looks=$2; shift 2 ;;
+    --every) every=$2; shift 2 ;;
+    --depression) depressions=$2; shift 2 ;;
+    --folder) folder=$2; shift 2 ;;
+    -h | --help) usage; exit 0 ;;
+    -*) usage >&2; exit 2 ;;
+    *) scenes="$scenes $1"; shift ;;
+  esac
+done
+scenes=${scenes:-$root/data/l_building.json}
+programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
+mkdir -p "$folder"
+
+# All values of a key inside of a report's "evaluation", the model's first, one a line.
+values() {
+  tr -d ' \n' < "$1" | sed 's/.*"evaluation"://; s/"despeckled":.*//; s/"views":\[[^]]*\]//g' | grep -o "\"mean\":{.*" |
+    grep -o "\"mean\":{[^}]*{[^}]*}" | grep -o "\"$2\":[-0-9.e+]*" | sed 's/.*://'
+}
+# "model best-baseline" of a key, larger being better.
+pair() {
+  values "$1" "$2" | awk 'NR == 1 { m = $1; next } NR == 2 || $1 > b { b = $1 } END { printf "%.2f | %.2f", m, b }'
+}
+
+render() {
+  "$programs/sar_render/sar_render" "$scene" --scale "$scale" --ground grass --depression "$depression" --size 128x128 \
+    --spacing 0.2 --resolution 0.305 --window taylor:-35 --slant-range 4500 -q "$@" > /dev/null
+}
+
+echo "| scene | depression | looks | every | power (dB) | best baseline | log amplitude (dB) | best baseline | shadow IoU | best baseline | training (s) |"
+echo "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+for item in $scenes; do
+  scene=${item%%:*}
+  scale=1
+  case "$item" in *:*) scale=${item##*:} ;; esac
+  name=$(basename "$scene")
+  name=${name%.*}
+  for depression in $depressions; do
+    truth=$folder/$name.$depression.truth
+    render --azimuth 7.5:352.5:15 -o "$truth"
+    for look in $looks; do
+      for step in $every; do
+        data=$folder/$name.$depression.$look.$step
+        render --azimuth "0:355:$step" --looks "$look" -o "$data"
+        "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$truth" -o "$data.run" -q > /dev/null
+        report=$data.run/report.json
+        seconds=$(sed -n 's/.*"until trained": *\([0-9.]*\).*/\1/p' "$report" | head -n 1)
+        echo "| $name | $depression | $look | $step | $(pair "$report" psnr_power_db) |" \
+          "$(pair "$report" psnr_log_amplitude_db) | $(pair "$report" shadow_iou) | $(printf '%.1f' "$seconds") |"
+      done
+    done
+  done
+done
