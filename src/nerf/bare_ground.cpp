@@ -8,6 +8,7 @@
 #include "ground_views.h"
 #include "sarnerf/core/bilinear.h"
 #include "sarnerf/core/parallel.h"
+#include "sarnerf/geometry/level_plane.h"
 
 namespace sarnerf {
 namespace {
@@ -28,6 +29,25 @@ double median_of_positive(const Image<float>& image) {
   for (const float p : image.pixels())
     if (p > 0.0f) values.push_back(double{p});
   return median(values);
+}
+
+/// Value of a view at a point of the plane; negative outside of its swath, which goes on for a pixel here, so that cells
+/// around its outermost pixels have values.
+double seen(const PosedImage& image, const RadarFrame& frame, const glm::dvec3& point_m) {
+  const Acquisition& a = image.acquisition;
+  const RadarPoint p = project(a, frame, point_m);
+  const double i = p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1);
+  const double j = p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1);
+  if (i < -1.0 || i > a.n_azimuth || j < -1.0 || j > a.n_range) return -1.0;
+  return bilinear(image.power, std::clamp(i, 0.0, a.n_azimuth - 1.0), std::clamp(j, 0.0, a.n_range - 1.0));
+}
+
+/// Views spread evenly over the set.
+std::vector<std::size_t> spread(std::size_t n) {
+  const std::size_t n_chosen = std::min(n, kMostViews);
+  std::vector<std::size_t> chosen;
+  for (std::size_t k = 0; k < n_chosen; ++k) chosen.push_back(k * n / n_chosen);
+  return chosen;
 }
 
 BareGround empty_ground(Views images, const Box& box_m) {
@@ -66,6 +86,21 @@ void estimate_texture(Views images, std::span<const std::size_t> views, BareGrou
       }
     }
   });
+}
+
+/// Calls visit(i, j, x, z) for the pixels of a view that see the plane, in cells of the texture.
+template <class Visit>
+void for_each_pixel(const Acquisition& a, const BareGround& ground, Visit&& visit) {
+  const std::vector<double> offset_m = plane_offsets_m(a, ground.height_m);
+  const glm::dvec3 along_track = radar_frame(a).h, away = level_range_direction(a);
+  for (int i = 0; i < a.n_azimuth; ++i) {
+    for (int j = 0; j < a.n_range; ++j) {
+      const double d = offset_m[static_cast<std::size_t>(j)];
+      if (std::isnan(d)) continue;
+      const glm::dvec3 p = a.row_offset_m(i) * along_track + d * away;
+      visit(i, j, (p.x - ground.first_x_m) / ground.cell_m, (p.z - ground.first_z_m) / ground.cell_m);
+    }
+  }
 }
 
 void estimate_gains(Views images, BareGround& ground) {
@@ -116,17 +151,10 @@ double BareGround::texture_at(double x_m, double z_m) const {
   return bilinear(texture, (x_m - first_x_m) / cell_m, (z_m - first_z_m) / cell_m);
 }
 
-std::vector<std::size_t> views_of_texture(std::size_t n) {
-  const std::size_t n_chosen = std::min(n, kMostViews);
-  std::vector<std::size_t> chosen;
-  for (std::size_t k = 0; k < n_chosen; ++k) chosen.push_back(k * n / n_chosen);
-  return chosen;
-}
-
 std::optional<BareGround> estimated_ground(Views images, const Box& box_m) {
   if (images.size() < kLeastViews || !has_background(images)) return {};
   BareGround ground = empty_ground(images, box_m);
-  const std::vector<std::size_t> views = views_of_texture(images.size());
+  const std::vector<std::size_t> views = spread(images.size());
   for (int round = 0; round < kRounds; ++round) {
     if (round > 0) estimate_gains(images, ground);
     estimate_texture(images, views, ground);

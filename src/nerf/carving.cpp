@@ -6,6 +6,7 @@
 #include <limits>
 #include <span>
 
+#include "ground_views.h"
 #include "sarnerf/core/parallel.h"
 
 namespace sarnerf {
@@ -101,9 +102,8 @@ bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, 
 constexpr double kClutterShows = 0.3;
 
 bool shows_clutter(const Image<std::uint8_t>& like, const Acquisition& a, const RadarPoint& p) {
-  const auto i = static_cast<int>(std::lround(p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1)));
-  const auto j = static_cast<int>(std::lround(p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1)));
-  return i >= 0 && i < a.n_azimuth && j >= 0 && j < a.n_range && like(i, j) != 0;
+  const std::optional<glm::ivec2> at = pixel_of(a, p);
+  return at && like(at->x, at->y) != 0;
 }
 
 /// Whether so few views as not to matter show clutter in spite of a place.

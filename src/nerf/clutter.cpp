@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "ground_views.h"
 #include "sarnerf/core/gaussian_blur.h"
@@ -47,10 +46,9 @@ Texture texture_of(Views images, const BareGround& ground, std::span<const Image
         for (std::size_t v = first; v < images.size(); v += step) {
           const Acquisition& a = images[v].acquisition;
           const RadarPoint p = project(a, frames[v], point_m);
-          const auto i = static_cast<int>(std::lround(p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1)));
-          const auto j = static_cast<int>(std::lround(p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1)));
-          if (i < 0 || i >= a.n_azimuth || j < 0 || j >= a.n_range || like[v](i, j) == 0 || !(ground.gain[v] > 0.0)) continue;
-          sum += double{images[v].power(i, j)} / ground.gain[v];
+          const std::optional<glm::ivec2> at = pixel_of(a, p);
+          if (!at || like[v](at->x, at->y) == 0 || !(ground.gain[v] > 0.0)) continue;
+          sum += double{images[v].power(at->x, at->y)} / ground.gain[v];
           ++n;
         }
         texture.mean(x, z) = n > 0 ? static_cast<float>(sum / n) : 0.0f;
