@@ -14,7 +14,7 @@ namespace {
 using Views = std::span<const PosedImage>;
 
 /// Rounds of telling what looks like ground, and the ground's texture from that.
-constexpr int kRounds = 3;
+constexpr int kRounds = 4;
 
 /// Standard deviations (cells) of smoothing that are tried; beyond the last, the ground is uniform.
 constexpr double kSmoothings[] = {1.0, 2.0, 4.0, 8.0, 16.0};
@@ -138,26 +138,6 @@ Image<float> smoothed_texture(Views images, const BareGround& ground, std::span<
   return best;
 }
 
-/// Mean gain of each pitch goes to the ground, what is left of a view's gain stays with the view.
-void share_gains(Views images, std::span<const double> gain, LevelGround& ground, std::vector<double>& of_view) {
-  std::vector<std::size_t> order(images.size());
-  for (std::size_t v = 0; v < order.size(); ++v) order[v] = v;
-  const auto incidence = [&](std::size_t v) { return images[v].acquisition.incidence_rad; };
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return incidence(a) < incidence(b); });
-  of_view.assign(images.size(), 1.0);
-  for (std::size_t first = 0; first < order.size();) {
-    std::size_t end = first + 1;
-    while (end < order.size() && incidence(order[end]) - incidence(order[end - 1]) < kOnePitch_rad) ++end;
-    double sum = 0.0, angle = 0.0;
-    for (std::size_t n = first; n < end; ++n) sum += gain[order[n]], angle += incidence(order[n]);
-    const double mean = sum / static_cast<double>(end - first);
-    ground.incidence_rad.push_back(angle / static_cast<double>(end - first));
-    ground.gain.push_back(mean);
-    for (std::size_t n = first; n < end; ++n) of_view[order[n]] = mean > 0.0 ? gain[order[n]] / mean : 1.0;
-    first = end;
-  }
-}
-
 Image<std::uint8_t> pixels_like(const PosedImage& image, const LevelGround& ground, double gain) {
   Image<float> ratio(image.power.n_azimuth(), image.power.n_range());
   for (int i = 0; i < ratio.n_azimuth(); ++i) {
@@ -174,10 +154,50 @@ Image<std::uint8_t> pixels_like(const PosedImage& image, const LevelGround& grou
   return like;
 }
 
+/// Mean power of a view over the ground's, of the pixels that look like ground; the gain so far where none do.
+///
+/// Shadows, and what shines, are other shares of each view: a median of all pixels mistakes them for gain, by a quarter
+/// where a building's walls and shadow turn with the view.
+double gain_over_ground(const PosedImage& image, const LevelGround& ground, const Image<std::uint8_t>& like,
+                        double gain) {
+  double seen = 0.0, expected = 0.0;
+  for (int i = 0; i < like.n_azimuth(); ++i) {
+    const GroundBins bins = ground_bins(ground, image.acquisition, i);
+    for (int j = 0; j < like.n_range(); ++j) {
+      if (like(i, j) == 0) continue;
+      seen += double{image.power(i, j)};
+      expected += double{bins.power[static_cast<std::size_t>(j)]};
+    }
+  }
+  return seen > 0.0 && expected > 0.0 ? seen / expected : gain;
+}
+
+/// Mean gain of each pitch goes to the ground, what is left of a view's gain stays with the view.
+void share_gains(Views images, std::span<const double> gain, LevelGround& ground, std::vector<double>& of_view) {
+  std::vector<std::size_t> order(images.size());
+  for (std::size_t v = 0; v < order.size(); ++v) order[v] = v;
+  const auto incidence = [&](std::size_t v) { return images[v].acquisition.incidence_rad; };
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return incidence(a) < incidence(b); });
+  of_view.assign(images.size(), 1.0);
+  ground.incidence_rad.clear();
+  ground.gain.clear();
+  for (std::size_t first = 0; first < order.size();) {
+    std::size_t end = first + 1;
+    while (end < order.size() && incidence(order[end]) - incidence(order[end - 1]) < kOnePitch_rad) ++end;
+    double sum = 0.0, angle = 0.0;
+    for (std::size_t n = first; n < end; ++n) sum += gain[order[n]], angle += incidence(order[n]);
+    const double mean = sum / static_cast<double>(end - first);
+    ground.incidence_rad.push_back(angle / static_cast<double>(end - first));
+    ground.gain.push_back(mean);
+    for (std::size_t n = first; n < end; ++n) of_view[order[n]] = mean > 0.0 ? gain[order[n]] / mean : 1.0;
+    first = end;
+  }
+}
+
 }  // namespace
 
 std::optional<Clutter> find_clutter(Views images, const Box& box_m) {
-  const std::optional<BareGround> found = estimated_ground(images, box_m);
+  std::optional<BareGround> found = estimated_ground(images, box_m);
   if (!found) return {};
   auto ground = std::make_shared<LevelGround>();
   ground->height_m = found->height_m;
@@ -187,16 +207,22 @@ std::optional<Clutter> find_clutter(Views images, const Box& box_m) {
   Clutter clutter;
   clutter.deviation = found->deviation;
   share_gains(images, found->gain, *ground, clutter.gain);
-  // The usual brightness tells first what looks like ground, and that the texture then.
-  const double usual = usual_mean(images, *found);
+  // The usual brightness tells first what looks like ground; gains and the texture of that then tell better.
+  double usual = usual_mean(images, *found);
   ground->texture = uniform(found->texture, usual);
+  clutter.like_ground.assign(images.size(), {});
   for (int round = 0; round < kRounds; ++round) {
-    clutter.like_ground.assign(images.size(), {});
     parallel_for(images.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t v = begin; v < end; ++v)
+      for (std::size_t v = begin; v < end; ++v) {
         clutter.like_ground[v] = pixels_like(images[v], *ground, clutter.gain[v]);
+        found->gain[v] = ground->gain_at(images[v].acquisition.incidence_rad) *
+                         gain_over_ground(images[v], *ground, clutter.like_ground[v], clutter.gain[v]);
+      }
     });
-    if (round + 1 < kRounds) ground->texture = smoothed_texture(images, *found, clutter.like_ground, usual);
+    if (round + 1 == kRounds) break;
+    share_gains(images, found->gain, *ground, clutter.gain);
+    usual = usual_mean(images, *found);
+    ground->texture = smoothed_texture(images, *found, clutter.like_ground, usual);
   }
   clutter.ground = std::move(ground);
   return clutter;

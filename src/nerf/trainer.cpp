@@ -22,6 +22,11 @@ constexpr double kDivergence = 1000.0, kWorseThanBlack = 10.0;
 /// Rates fall as far as they shall in so many steps or more. Fewer cannot afford to become slow.
 constexpr double kStepsToFall = 100.0;
 
+/// Errors e whose squares grow as Huber's loss beyond `most`: as 2 most |e|, but for a constant, in their gradients.
+torch::Tensor bounded(const torch::Tensor& errors, double most) {
+  return errors * (most / errors.detach().abs().clamp_min(most)).sqrt();
+}
+
 /// Mean square of pixels.
 double mean_square(std::span<const float> pixels) {
   double sum = 0.0;
@@ -126,6 +131,7 @@ StepReport Trainer::step(double progress) {
     double scale = inverse_peak2;
     if (s.options.speckle_floor > 0.0 && s.set.clutter) {
       errors = errors / (pixels.detach().clamp_min(0.0) + s.options.speckle_floor * s.clutter_level);
+      if (s.options.speckle_most > 0.0) errors = bounded(errors, s.options.speckle_most);
       scale = 1.0;
     }
     const torch::Tensor squares = errors.square().sum() * scale;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "archive_text.h"
+#include "sarnerf/dataset/background.h"
 #include "sarnerf/nerf/trainer.h"
 #include "trainer_json.h"
 
@@ -68,6 +69,7 @@ void for_each_option(Options& o, Visit&& visit) {
   visit("distortion", o.distortion);
   visit("final_distortion", o.final_distortion);
   visit("speckle_floor", o.speckle_floor);
+  visit("speckle_most", o.speckle_most);
   visit("seed", o.seed);
 }
 
@@ -98,16 +100,25 @@ void learn_surfaces(GridOptions& grid, bool several_incidences) {
   grid.brightness_decay = several_incidences ? 1.0 : 0.7;
 }
 
-/// Errors in proportion to brightness, thin fog, and priors that speckle does not pass; learning rates at which it
-/// averages out. Measured on a truck and an L-shaped building of one look (docs/training.md).
-void learn_from_speckle(TrainerOptions& options) {
+/// Views times looks_of() that the priors under speckle were chosen for: 72 views of one look, which looks_of() takes for
+/// two where an impulse response makes neighbours alike.
+constexpr double kViewsTimesLooks = 144.0;
+
+/// Errors in proportion to brightness, thin fog, learning rates at which speckle averages out, and priors that it does
+/// not pass: in inverse proportion to what there is to average. Measured on a truck and an L-shaped building of one and
+/// four looks, and on measured chips, which glint (docs/training.md).
+void learn_from_speckle(TrainerOptions& options, const TrainingSet& set) {
   options.speckle_floor = 0.2;
+  options.speckle_most = 3.0;
   options.ray_spacing = 1.0;
+  options.final_rate = 0.05;
   options.grid.initial_depth = 0.1;
   options.grid.source_rate = 0.03;
-  options.grid.smooth_density = 1e-2;
-  options.grid.smooth_source = 0.1;
-  options.grid.smooth_angular = 0.1;
+  const double n_looks = static_cast<double>(set.images.size()) * looks_of(set.images).value_or(1.0);
+  const double scarcity = std::clamp(kViewsTimesLooks / n_looks, 0.05, 5.0);
+  options.grid.smooth_density = 5e-3 * scarcity;
+  options.grid.smooth_source = 0.1 * scarcity;
+  options.grid.smooth_angular = 0.2 * scarcity;
 }
 
 }  // namespace
@@ -130,7 +141,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.grid.initial_depth = 0.2;
     options.final_distortion = 0.05;
   }
-  if (set.clutter) learn_from_speckle(options);
+  if (set.clutter) learn_from_speckle(options, set);
   if (has_background(set.images) && !set.ground && !set.clutter) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
     options.grid.initial_depth = 0.01;
@@ -152,7 +163,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   return options;
 }
 
-std::int64_t default_steps(const TrainingSet& set) { return set.ground ? 600 : 1000; }
+std::int64_t default_steps(const TrainingSet& set) { return set.ground || set.clutter ? 600 : 1000; }
 
 std::string options_json(const TrainerOptions& options) {
   Json json = Json::object();

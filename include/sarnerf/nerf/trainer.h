@@ -29,6 +29,9 @@ struct TrainerOptions {
   /// Above 0, errors count in proportion to what is predicted, as the likelihood of speckle has it, but not below this share of
   /// the ground's brightness: gradients (μ − I) / (μ + floor)². 0: squares of power.
   double speckle_floor = 0.0;
+  /// Above 0, such an error beyond so many times the prediction counts by its size, not its square (Huber): what glints in
+  /// one view says little of the next. Of the clutter's own speckle of one look 2 % lie beyond 3.
+  double speckle_most = 0.0;
   std::uint64_t seed = 1;
 };
 
