@@ -15,8 +15,12 @@ namespace {
 constexpr double kBlurs_pixels[] = {0.0, 0.7, 1.0, 1.5, 2.0};
 
 Image<float> view_between(Views training, const Acquisition& wanted, const Baseline& b) {
-  return gaussian_blur(interpolate_between(training, wanted, b.method, b.plane_height_m),
-                       b.blur_pixels);
+  const Average average = b.of_amplitudes ? Average::amplitude : Average::power;
+  Image<float> view = gaussian_blur(
+      interpolate_between(training, wanted, b.method, b.plane_height_m, average), b.blur_pixels);
+  if (b.of_amplitudes)
+    for (float& p : view.pixels()) p *= p;
+  return view;
 }
 
 }  // namespace
@@ -28,6 +32,7 @@ std::string name(const Baseline& baseline) {
     std::snprintf(value, sizeof value, ", blurred by %.2g", baseline.blur_pixels);
     text += value;
   }
+  if (baseline.of_amplitudes) text += ", amplitudes";
   if (supposes_plane(baseline.method) && baseline.plane_height_m != 0.0) {
     std::snprintf(value, sizeof value, " (plane at %.2f m)", baseline.plane_height_m);
     text += value;
@@ -48,7 +53,8 @@ double fitted_blur_pixels(std::span<const PosedImage> training, const Baseline& 
   double best_pixels = 0.0, best_db = -std::numeric_limits<double>::infinity();
   if (!left_out.possible()) return best_pixels;
   for (const double blur_pixels : kBlurs_pixels) {
-    const Baseline blurred{baseline.method, baseline.plane_height_m, blur_pixels};
+    Baseline blurred = baseline;
+    blurred.blur_pixels = blur_pixels;
     const double psnr = left_out.psnr_db([&](Views others, const Acquisition& wanted) {
       return view_between(others, wanted, blurred);
     });
@@ -74,11 +80,13 @@ std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
   if (!is_speckled(training)) return baselines;
   for (const double height_m : {0.0, fitted_m}) {
     for (const Interpolation method : despeckling_for(training)) {
-      Baseline b{method, height_m};
-      b.blur_pixels = fitted_blur_pixels(training, b, monitor);
-      // Unblurred, it is in the list.
-      if (method == Interpolation::rotated_linear && b.blur_pixels == 0.0) continue;
-      baselines.push_back(b);
+      for (const bool of_amplitudes : {false, true}) {
+        Baseline b{method, height_m, 0.0, of_amplitudes};
+        b.blur_pixels = fitted_blur_pixels(training, b, monitor);
+        // Unblurred, it is in the list.
+        if (method == Interpolation::rotated_linear && b.blur_pixels == 0.0 && !of_amplitudes) continue;
+        baselines.push_back(b);
+      }
     }
     if (fitted_m == 0.0) break;
   }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/dataset/view_interpolation.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "interpolate_between.h"
 #include "sarnerf/core/parallel.h"
 
@@ -79,13 +82,13 @@ std::vector<Interpolation> despeckling_for(std::span<const PosedImage> training)
 }
 
 Image<float> interpolate_between(Views training, const Acquisition& wanted, Interpolation method,
-                                 double plane_height_m) {
+                                 double plane_height_m, Average average) {
   return weighted_mean(neighbours_of(training, wanted, method), wanted, warp_of(method),
-                       plane_height_m);
+                       plane_height_m, average);
 }
 
 Image<float> weighted_mean(std::span<const Neighbour> neighbours, const Acquisition& wanted,
-                           Warp warp, double plane_height_m) {
+                           Warp warp, double plane_height_m, Average average) {
   std::vector<WarpedView> views;
   for (const Neighbour& n : neighbours) views.emplace_back(*n.view, wanted, warp, plane_height_m);
 
@@ -95,8 +98,11 @@ Image<float> weighted_mean(std::span<const Neighbour> neighbours, const Acquisit
                  for (int i = static_cast<int>(begin); i < static_cast<int>(end); ++i) {
                    for (int j = 0; j < wanted.n_range; ++j) {
                      double sum = 0.0;
-                     for (std::size_t n = 0; n < views.size(); ++n)
-                       sum += neighbours[n].weight * views[n].value(i, j);
+                     for (std::size_t n = 0; n < views.size(); ++n) {
+                       const double power = views[n].value(i, j);
+                       sum += neighbours[n].weight *
+                              (average == Average::power ? power : std::sqrt(std::max(0.0, power)));
+                     }
                      image(i, j) = static_cast<float>(sum);
                    }
                  }

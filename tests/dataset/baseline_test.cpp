@@ -124,6 +124,23 @@ TEST_CASE("speckled images have two more baselines a plane, clean ones have not"
   CHECK(names(default_baselines(clean)).find("mean of six") == std::string::npos);
   CHECK(name({Interpolation::rotated_mean, 1.5, 0.7}) ==
         "rotated, mean of six, blurred by 0.7 (plane at 1.50 m)");
+  CHECK(with.find(", amplitudes") != std::string::npos);
+  CHECK(name({Interpolation::rotated_mean, 0.0, 0.7, true}) ==
+        "rotated, mean of six, blurred by 0.7, amplitudes");
+}
+
+TEST_CASE("of amplitudes the square of the mean comes out") {
+  std::vector<PosedImage> views{spot(seen_from(0.0), kSpot, 3.0), spot(seen_from(10.0), kSpot, 3.0)};
+  std::fill(views[0].power.pixels().begin(), views[0].power.pixels().end(), 1.0f);
+  std::fill(views[1].power.pixels().begin(), views[1].power.pixels().end(), 9.0f);
+  const Acquisition wanted = seen_from(5.0);
+  const auto middle = [&](bool of_amplitudes) {
+    const Image<float> image =
+        baseline_view(views, wanted, {Interpolation::linear, 0.0, 0.0, of_amplitudes});
+    return image(image.n_azimuth() / 2, image.n_range() / 2);
+  };
+  CHECK(middle(false) == Approx(5.0));
+  CHECK(middle(true) == Approx(4.0));
 }
 
 TEST_CASE("the blur is the one that predicts left-out views best") {

@@ -18,9 +18,13 @@ struct Baseline {
   Interpolation method = Interpolation::linear;
   double plane_height_m = 0.0;  ///< see interpolate_view(); of methods that turn or rescale
   double blur_pixels = 0.0;     ///< σ of the gaussian_blur() of what comes out
+  /// Amplitudes are averaged and blurred, and squared at the end: what glints in one view then counts less. Speckle of
+  /// one look comes out too dark by π/4.
+  bool of_amplitudes = false;
 };
 
-/// name() of the method, with the height of its plane unless that goes through the aim point, and its blur, if any.
+/// name() of the method, with the height of its plane unless that goes through the aim point, its blur, if any, and whether
+/// amplitudes are averaged.
 std::string name(const Baseline& baseline);
 
 /// interpolate_view(), blurred. Throws, and costs, as that does.
@@ -36,7 +40,7 @@ double fitted_blur_pixels(std::span<const PosedImage> training, const Baseline& 
 
 /// interpolations_for() the training images, each that supposes a plane twice: with the plane through the aim point
 /// and with the one at fitted_plane_height_m(). Where the images are speckled (is_speckled()), despeckling_for() them
-/// as well, with fitted_blur_pixels() and both planes. None without training images. Cost: that of the fits.
+/// as well, of power and of amplitudes, with fitted_blur_pixels() and both planes. None without training images. Cost: that of the fits.
 std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
                                         const Monitor& monitor = {});
 
