@@ -38,15 +38,7 @@ scenes=${scenes:-$root/data/l_building.json}
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
 
-# All values of a key inside of a report's "evaluation", the model's first, one a line.
-values() {
-  tr -d ' \n' < "$1" | sed 's/.*"evaluation"://; s/"despeckled":.*//; s/"views":\[[^]]*\]//g' | grep -o "\"mean\":{.*" |
-    grep -o "\"mean\":{[^}]*{[^}]*}" | grep -o "\"$2\":[-0-9.e+]*" | sed 's/.*://'
-}
-# "model best-baseline" of a key, larger being better.
-pair() {
-  values "$1" "$2" | awk 'NR == 1 { m = $1; next } NR == 2 || $1 > b { b = $1 } END { printf "%.2f | %.2f", m, b }'
-}
+. "$root/scripts/report_values.sh"
 
 render() {
   "$programs/sar_render/sar_render" "$scene" --scale "$scale" --ground grass --depression "$depression" --size 128x128 \
@@ -70,9 +62,9 @@ for item in $scenes; do
         render --azimuth "0:355:$step" --looks "$look" -o "$data"
         "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$truth" -o "$data.run" -q > /dev/null
         report=$data.run/report.json
-        seconds=$(sed -n 's/.*"until trained": *\([0-9.]*\).*/\1/p' "$report" | head -n 1)
-        echo "| $name | $depression | $look | $step | $(pair "$report" psnr_power_db) |" \
-          "$(pair "$report" psnr_log_amplitude_db) | $(pair "$report" shadow_iou) | $(printf '%.1f' "$seconds") |"
+        echo "| $name | $depression | $look | $step | $(model_and_best "$report" evaluation psnr_power_db) |" \
+          "$(model_and_best "$report" evaluation psnr_log_amplitude_db) |" \
+          "$(model_and_best "$report" evaluation shadow_iou) | $(printf '%.1f' "$(training_seconds "$report")") |"
       done
     done
   done

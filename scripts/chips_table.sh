@@ -1,0 +1,61 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Learning from measured chips of one depression. Needs a build (scripts/demo.sh makes one) and chips of your own.
+set -eu
+
+usage() {
+  cat <<USAGE
+Usage: scripts/chips_table.sh [--every LIST] [--depression DEG] [--folder FOLDER] [--import OPTIONS] CHIPS...
+Imports each folder of chips (sar_import images CHIPS/DEPRESSION OPTIONS, or CHIPS itself where there is no such folder),
+learns from a chip every so many degrees and compares the others with their means over 3 degrees, beside the best of all
+baselines in each column and what means of other chips as near reach (Markdown). Data and runs stay in FOLDER.
+  --every LIST      degrees between training azimuths (default "5 10 15")
+  --depression DEG  (default 17)
+  --folder FOLDER   (default build/chips_table)
+  --import OPTIONS  of sar_import images, such as "--csv manifest.csv --amplitude-scale 4/65535"
+USAGE
+}
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+every="5 10 15"
+depression=17
+folder=$root/build/chips_table
+options=
+chips=
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --every) every=$2; shift 2 ;;
+    --depression) depression=$2; shift 2 ;;
+    --folder) folder=$2; shift 2 ;;
+    --import) options=$2; shift 2 ;;
+    -h | --help) usage; exit 0 ;;
+    -*) usage >&2; exit 2 ;;
+    *) chips="$chips $1"; shift ;;
+  esac
+done
+if [ -z "$chips" ]; then usage >&2; exit 2; fi
+programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
+. "$root/scripts/report_values.sh"
+mkdir -p "$folder"
+
+echo "| chips | every | amplitude (dB) | best baseline | true neighbours | power (dB) | best baseline | true neighbours | target IoU | best baseline | true neighbours | shadow IoU | best baseline | true neighbours | training (s) |"
+echo "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+for item in $chips; do
+  name=$(basename "$item")
+  source=$item
+  if [ -d "$item/$depression" ]; then source=$item/$depression; fi
+  import() {
+    # shellcheck disable=SC2086  # several options
+    "$programs/sar_import/sar_import" images "$source" $options -q "$@" > /dev/null
+  }
+  import -o "$folder/$name.all"
+  for step in $every; do
+    data=$folder/$name.$step
+    import --every "$step" -o "$data"
+    "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$folder/$name.all" --despeckle 3 -o "$data.run" -q > /dev/null
+    report=$data.run/report.json
+    echo "| $name | $step | $(model_and_best "$report" despeckled psnr_amplitude_db 2) |" \
+      "$(model_and_best "$report" despeckled psnr_power_db 2) | $(model_and_best "$report" despeckled target_iou 2) |" \
+      "$(model_and_best "$report" despeckled shadow_iou 2) | $(printf '%.1f' "$(training_seconds "$report")") |"
+  done
+done

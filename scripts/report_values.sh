@@ -1,0 +1,29 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# For scripts that make tables of sar_nerf_train's reports: sourced by them.
+
+# report_means REPORT evaluation|despeckled KEY: the key's means, one a line: the model's, the baselines', what bounds them.
+report_means() {
+  if [ "$2" = despeckled ]; then cut='s/.*"despeckled"://'; else cut='s/.*"evaluation"://; s/"despeckled":.*//'; fi
+  tr -d ' \n' < "$1" | sed "$cut"'; s/"views":\[[^]]*\]//g' | grep -o "\"mean\":{[^}]*{[^}]*}" |
+    grep -o "\"$3\":[-0-9.e+]*" | sed 's/.*://'
+}
+
+# model_and_best REPORT evaluation|despeckled KEY [BOUNDS]: "model | best baseline" and the best of the last BOUNDS rows,
+# larger being better.
+model_and_best() {
+  report_means "$1" "$2" "$3" | awk -v n_bounds="${4:-0}" '
+    { v[NR] = $1 }
+    END {
+      best = v[2]; bound = v[NR]
+      for (n = 2; n <= NR - n_bounds; ++n) if (v[n] > best) best = v[n]
+      for (n = NR - n_bounds + 1; n <= NR; ++n) if (v[n] > bound) bound = v[n]
+      printf "%.2f | %.2f", v[1], best
+      if (n_bounds > 0) printf " | %.2f", bound
+    }'
+}
+
+# training_seconds REPORT
+training_seconds() {
+  sed -n 's/.*"until trained": *\([0-9.]*\).*/\1/p' "$1" | head -n 1
+}
