@@ -191,6 +191,8 @@ void TrainingRun::train(Console& console, const Monitor& monitor) {
         pending_ = checkpoint(false);
     }
     write(checkpoint(true));
+    trainer_.finish();
+    field_size_ = trainer_.field().size_text();
     if (best_.step() != trainer_.steps_done()) best_field_ = best_.field();
     if (best_field_) field_size_ = best_field_->size_text();
     save_model();

@@ -20,6 +20,9 @@ class FieldLearner {
   /// One step down the gradient of a loss plus the field's priors, at this share of the largest learning rates.
   virtual void minimise(const torch::Tensor& loss, double rate) = 0;
 
+  /// What is known of the field once it is learned.
+  virtual void finish(const TrainingSet&) {}
+
   /// Field, optimiser and progress, for a checkpoint and back.
   virtual Archive state() const = 0;
   virtual void restore(const Archive& archive, const std::string& where) = 0;

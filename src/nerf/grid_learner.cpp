@@ -6,6 +6,7 @@
 
 #include "archive_text.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/nerf/view_residuals.h"
 
 namespace sarnerf {
 namespace {
@@ -125,6 +126,7 @@ std::vector<float> GridLearner::shares() const {
 }
 
 void GridLearner::minimise(const torch::Tensor& loss, double rate) {
+  field_.residuals.reset();
   for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
   loss.backward();
   const std::vector<float> shares = this->shares();
@@ -136,6 +138,11 @@ void GridLearner::minimise(const torch::Tensor& loss, double rate) {
   field_.log_depth.clamp_max_(std::log(kMostDepth));
   ++steps_at_level_;
   ++steps_since_change_;
+}
+
+void GridLearner::finish(const TrainingSet& set) {
+  field_.residuals.reset();
+  if (const auto residuals = find_residuals(field_, set)) field_.residuals = std::make_shared<const ViewResiduals>(*residuals);
 }
 
 Archive GridLearner::state() const {

@@ -20,6 +20,7 @@ class GridLearner : public FieldLearner {
   const LearnedField& field() const override { return field_; }
   bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
   void minimise(const torch::Tensor& loss, double rate) override;
+  void finish(const TrainingSet& set) override;
   Archive state() const override;
   void restore(const Archive& archive, const std::string& where) override;
 

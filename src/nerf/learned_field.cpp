@@ -20,6 +20,7 @@ Image<float> render_view(const LearnedField& field, const Acquisition& acquisiti
   for (int i = 0; i < acquisition.n_azimuth; ++i) rows.push_back({centred, i});
   Image<float> image(acquisition.n_azimuth, acquisition.n_range);
   field.render_rows(rows, sampling, image.pixels());
+  field.correct_view(image, centred);
   return image;
 }
 

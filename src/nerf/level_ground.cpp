@@ -25,6 +25,12 @@ double LevelGround::gain_at(double wanted_rad) const {
   return gain[n - 1] + part * (gain[n] - gain[n - 1]);
 }
 
+double LevelGround::mean_power() const {
+  double sum = 0.0;
+  for (const float t : texture.pixels()) sum += double{t};
+  return sum * gain.front() / static_cast<double>(texture.pixels().size());
+}
+
 GroundBins ground_bins(const LevelGround& ground, const Acquisition& a, int row) {
   const RadarFrame frame = radar_frame(a);
   const glm::dvec3 away = level_range_direction(a);

@@ -85,11 +85,7 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options) : state_(std::m
   state_->learner = make_learner(state_->set, options);
   for (const PosedImage& image : state_->set.images)
     state_->mean_square_of_set += mean_square(image.power.pixels()) / static_cast<double>(state_->set.images.size());
-  if (state_->set.clutter) {
-    const LevelGround& ground = *state_->set.clutter->ground;
-    for (const float t : ground.texture.pixels()) state_->clutter_level += double{t};
-    state_->clutter_level *= ground.gain.front() / static_cast<double>(ground.texture.pixels().size());
-  }
+  if (state_->set.clutter) state_->clutter_level = state_->set.clutter->ground->mean_power();
   state_->queue = RowQueue(options.seed);
   state_->look_at_field(false);
 }
@@ -145,6 +141,10 @@ StepReport Trainer::step(double progress) {
   }
   ++s.steps;
   return {s.steps, loss, s.learner->field().size_text()};
+}
+
+void Trainer::finish() {
+  if (state_->options.residuals != 0) state_->learner->finish(state_->set);
 }
 
 std::int64_t Trainer::steps_done() const { return state_->steps; }

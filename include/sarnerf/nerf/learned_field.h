@@ -47,11 +47,14 @@ class LearnedField {
   /// What `--explain` and progress tell of the field: "35,080 voxels of 0.2 m".
   virtual std::string size_text() const = 0;
 
+  /// Adds to a rendered view what is known beyond the field; nothing, unless told otherwise.
+  virtual void correct_view(Image<float>&, const Acquisition&) const {}
+
   /// Everything that restores it: see restore_field().
   virtual Archive state() const = 0;
 };
 
-/// A view at the sampling that evaluation uses: rays every half voxel, two to a row.
+/// A view at the sampling that evaluation uses: rays every half voxel, three to a row; with correct_view().
 Image<float> render_view(const LearnedField& field, const Acquisition& acquisition);
 
 /// The field of a model file. Throws CheckpointError for an unknown kind, another version, or damaged contents.

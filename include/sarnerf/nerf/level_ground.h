@@ -27,6 +27,9 @@ struct LevelGround {
 
   /// Gain at an incidence: linear between pitches, beyond them that of the last.
   double gain_at(double incidence_rad) const;
+
+  /// Mean of the texture at the first pitch's gain.
+  double mean_power() const;
 };
 
 /// What the bins of a row see of a ground.

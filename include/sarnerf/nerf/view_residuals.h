@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/nerf/learned_field.h"
+#include "sarnerf/nerf/training_set.h"
+
+namespace sarnerf {
+
+/// What training views show beyond a field, and how alike it is in neighbouring views.
+///
+/// A field holds what all views agree on. Measured targets glint into a few degrees, and chips whose apertures overlap
+/// share their speckle: new views between them show some of that, too. Residuals
+///
+///     r_k = G (I_k − μ_k) / (μ_k + f)
+///
+/// of view k, I its image, μ the field's, f a floor, G a narrow Gaussian, are taken for a random function of direction
+/// with the covariance s exp(−Δ/L) between lines of sight Δ apart, besides 1 − s of each view's own. A new view is
+/// μ + (μ + f) Σ w_k r_k, each r_k turned to it on the ground, with the weights of simple kriging (Cressie 1993, section
+/// 3.2), K w = c over the six nearest views. Where residuals are not alike, as under simulated, independent speckle, s is 0
+/// and nothing is kept. Not in the paper.
+struct ViewResiduals {
+  std::vector<PosedImage> views;  ///< r_k in place of power; aim points are the origin of the field's frame
+  double share = 0.0;             ///< s
+  double length_rad = 0.0;        ///< L
+  double floor = 0.0;             ///< f, power
+  double plane_height_m = 0.0;    ///< of the ground that residuals are turned on, relative to the aim point
+
+  /// Weights of `near` (places in `views`) for a line of sight.
+  std::vector<double> weights(std::span<const std::size_t> near, const Acquisition& wanted) const;
+
+  /// Adds what is expected to an image that the field has rendered; never below 0.
+  void correct(Image<float>& power, const Acquisition& wanted) const;
+};
+
+/// The residuals of the training views, with s and L fitted to pairs of neighbours; nothing where s is below 2 %, where
+/// images have no speckled ground, or are fewer than six. Cost: a rendered image a view and six turned ones.
+std::optional<ViewResiduals> find_residuals(const LearnedField& field, const TrainingSet& set);
+
+}  // namespace sarnerf
