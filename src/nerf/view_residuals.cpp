@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "sarnerf/core/gaussian_blur.h"
+#include "sarnerf/core/units.h"
 #include "sarnerf/dataset/view_interpolation.h"
 
 namespace sarnerf {
@@ -27,8 +27,6 @@ constexpr double kLeastShare = 0.02, kMostShare = 0.9;
 
 /// Lengths that are tried (degrees).
 constexpr double kLengths_deg[] = {2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0};
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 double angle_between(const Acquisition& a, const Acquisition& b) {
   return std::acos(std::clamp(glm::dot(radar_frame(a).k, radar_frame(b).k), -1.0, 1.0));
@@ -75,17 +73,16 @@ struct Pair {
 };
 
 std::vector<Pair> pairs_of(const ViewResiduals& residuals) {
-  std::vector<std::vector<Pair>> of_view(residuals.views.size());
+  std::vector<Pair> pairs;
   for (std::size_t v = 0; v < residuals.views.size(); ++v) {
     const PosedImage& view = residuals.views[v];
+    const double own = product(view.power, view.power);
     for (const std::size_t other : nearest(residuals.views, view.acquisition, v)) {
       const Image<float> image = turned(residuals.views[other], view.acquisition, residuals.plane_height_m);
-      of_view[v].push_back({angle_between(view.acquisition, residuals.views[other].acquisition), product(image, view.power),
-                            std::sqrt(product(image, image) * product(view.power, view.power))});
+      pairs.push_back({angle_between(view.acquisition, residuals.views[other].acquisition), product(image, view.power),
+                       std::sqrt(product(image, image) * own)});
     }
   }
-  std::vector<Pair> pairs;
-  for (const auto& some : of_view) pairs.insert(pairs.end(), some.begin(), some.end());
   return pairs;
 }
 
@@ -94,7 +91,7 @@ void fit(ViewResiduals& residuals) {
   const std::vector<Pair> pairs = pairs_of(residuals);
   double least = std::numeric_limits<double>::infinity();
   for (const double length_deg : kLengths_deg) {
-    const double length_rad = length_deg * kDegree;
+    const double length_rad = rad_from_deg(length_deg);
     double upper = 0.0, lower = 0.0, error = 0.0;
     for (const Pair& p : pairs) {
       const double e = p.energy * std::exp(-p.angle_rad / length_rad);
@@ -119,15 +116,21 @@ std::vector<double> ViewResiduals::weights(std::span<const std::size_t> near, co
   const auto covariance = [&](const Acquisition& a, const Acquisition& b) {
     return share * std::exp(-angle_between(a, b) / length_rad);
   };
+  const std::size_t n = near.size();
+  std::vector<double> among(n * n), with_wanted(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Acquisition& own = views[near[i]].acquisition;
+    with_wanted[i] = covariance(own, wanted);
+    for (std::size_t j = 0; j < n; ++j) among[i * n + j] = covariance(own, views[near[j]].acquisition);
+  }
   // Gauss and Seidel: the matrix is positive definite, with a diagonal of 1.
   constexpr int kRounds = 200;
-  std::vector<double> w(near.size(), 0.0);
+  std::vector<double> w(n, 0.0);
   for (int round = 0; round < kRounds; ++round)
-    for (std::size_t i = 0; i < near.size(); ++i) {
-      const Acquisition& own = views[near[i]].acquisition;
-      double value = covariance(own, wanted);
-      for (std::size_t j = 0; j < near.size(); ++j)
-        if (j != i) value -= covariance(own, views[near[j]].acquisition) * w[j];
+    for (std::size_t i = 0; i < n; ++i) {
+      double value = with_wanted[i];
+      for (std::size_t j = 0; j < n; ++j)
+        if (j != i) value -= among[i * n + j] * w[j];
       w[i] = value;
     }
   return w;
