@@ -135,6 +135,7 @@ Json report_json(const Options& o, const Extraction& x, const std::optional<Scor
          {"voxel_size_m", x.voxel_size_m},
          {"triangles", x.mesh.triangles.size()},
          {"bottom_m", x.bottom_m},
+         {"agreeing_share", x.agreeing_share},
          {"threshold_per_m", x.threshold_per_m},
          {"harmonics_residual", x.harmonics_residual},
          {"seconds",

@@ -13,6 +13,7 @@
 #include "sarnerf/nerf/row_renderer.h"
 #include "solid_occupancy.h"
 #include "unbounded_space.h"
+#include "view_agreement.h"
 #include "volume_grids.h"
 
 namespace sarnerf {
@@ -164,7 +165,8 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   if (options.body == Body::solid) {
     const auto maps = return_maps(volume, matter, lookers, spacing_m, options.monitor);
     if (!floor_m) floor_m = bottom_of_returns_m(maps, 1.5 * spacing_m);
-    occupancy = solid_occupancy(maps, matter, volume.grid.transform(), lattice, floor_m, options.monitor);
+    result.agreeing_share = agreeing_share(maps, 1.5 * spacing_m, floor_m);
+    occupancy = solid_occupancy(maps, result.agreeing_share, matter, volume.grid.transform(), lattice, floor_m, options.monitor);
     leave_out_unbounded(*occupancy, lattice.transform, maps, 1.5 * spacing_m, options.monitor);
   } else {
     occupancy = shell_occupancy(learned, result.threshold_per_m, floor_m);

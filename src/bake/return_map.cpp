@@ -162,9 +162,9 @@ void ReturnMap::append_returns(std::vector<Return>& returns) const {
     for (int k = 0; k < n_angles_; ++k) {
       const Ray& ray = map_[static_cast<std::size_t>(i * n_angles_ + k)];
       if (ray.returned <= 0.0f) continue;
-      const double along_track_m = first_along_track_m_ + i * spacing_m_;
-      returns.push_back(
-          {rays_.point_from_aim_m(along_track_m, double{ray.range_offset_m}, k).y, ray.returned});
+      const double along_track_m = first_along_track_m_ + i * spacing_m_, range_offset_m{ray.range_offset_m};
+      const glm::dvec3 at_m = rays_.point_from_aim_m(along_track_m, range_offset_m, k);
+      returns.push_back({at_m, rays_.point_from_aim_m(along_track_m, range_offset_m + 1.0, k) - at_m, ray.returned});
     }
   }
 }

@@ -28,10 +28,11 @@ class ReturnMap {
   /// Whether a ray beside a point meets something within `near_m` of it, along the ray.
   bool meets_near(const glm::dvec3& point_m, double near_m) const;
 
-  /// Where something returned, in the volume's frame.
+  /// What a ray returned, in the volume's frame.
   struct Return {
-    double height_m;
-    float power;  ///< of the ray
+    glm::dvec3 point_m;    ///< at half of the power
+    glm::dvec3 direction;  ///< of the ray, away from the radar
+    float power;
   };
   void append_returns(std::vector<Return>& returns) const;
 

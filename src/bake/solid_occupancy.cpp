@@ -8,15 +8,13 @@
 #include <memory>
 
 #include "sarnerf/core/parallel.h"
+#include "view_agreement.h"
 
 namespace sarnerf {
 namespace {
 
 using Leaf = openvdb::FloatTree::LeafNodeType;
 static_assert(Leaf::DIM == kBrickSide);
-
-/// Share of the views that hold a place which have to see it empty.
-constexpr double kAgreeing = 0.1;
 
 /// Of the power of the median layer: less is stray. Faint walls under a bright roof are not.
 constexpr double kStray = 0.02;
@@ -26,45 +24,10 @@ constexpr int kStride = 4;
 
 enum class State : std::uint8_t { empty, full, mixed };
 
-/// Falls from 1 to 0 over two voxels; half on the surface.
-float ramp(double depth_m, double voxel_m) {
-  return static_cast<float>(std::clamp(0.5 + 0.5 * depth_m / voxel_m, 0.0, 1.0));
+/// Falls from 1 to 0 over two voxels; half at height 0.
+float ramp(double height_m, double voxel_m) {
+  return static_cast<float>(std::clamp(0.5 + 0.5 * height_m / voxel_m, 0.0, 1.0));
 }
-
-class Judge {
- public:
-  Judge(std::span<const ReturnMap> maps, double voxel_m) : maps_(maps), voxel_m_(voxel_m) {}
-
-  /// 1 in matter and behind it, 0 in front.
-  float occupancy(const glm::dvec3& point_m) {
-    distances_.clear();
-    std::size_t n_in_front = 0;
-    const auto most = static_cast<std::size_t>(std::ceil(kAgreeing * static_cast<double>(maps_.size())));
-    // Neighbours are mostly empty for the same views: begin with those that said so last.
-    for (std::size_t m = 0; m < maps_.size(); ++m) {
-      const double d = maps_[(m + first_) % maps_.size()].distance_m(point_m);
-      if (std::isnan(d)) continue;
-      distances_.push_back(d);
-      if (d < voxel_m_) continue;
-      if (n_in_front == 0) begin_ = (m + first_) % maps_.size();
-      if (++n_in_front >= most) {
-        first_ = begin_;
-        return 0.0f;
-      }
-    }
-    if (distances_.empty()) return 0.0f;
-    const auto agreeing = static_cast<std::size_t>(std::ceil(kAgreeing * static_cast<double>(distances_.size())));
-    const auto rank = distances_.begin() + static_cast<std::ptrdiff_t>(agreeing - 1);
-    std::nth_element(distances_.begin(), rank, distances_.end(), std::greater<>());
-    return ramp(-*rank, voxel_m_);
-  }
-
- private:
-  std::span<const ReturnMap> maps_;
-  double voxel_m_;
-  std::size_t first_ = 0, begin_ = 0;
-  std::vector<double> distances_;
-};
 
 glm::dvec3 centre_m(const VoxelLattice& lattice, const glm::ivec3& voxel) {
   return lattice.transform.world_from_index(glm::dvec3(voxel));
@@ -76,7 +39,7 @@ float cut_by_floor(float value, double height_m, std::optional<double> floor_m, 
 
 }  // namespace
 
-openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, const Occupancy& matter,
+openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, double agreeing_share, const Occupancy& matter,
                                         const GridTransform& of_matter, const VoxelLattice& lattice,
                                         std::optional<double> floor_m, const Monitor& monitor) {
   const auto grid = openvdb::FloatGrid::create(0.0f);
@@ -98,14 +61,14 @@ openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, const O
   }
   parallel_for(n_leaves, 64, [&](std::size_t begin, std::size_t end, int) {
     monitor.check();
-    Judge judge(maps, voxel_m);
+    ViewAgreement views(maps, agreeing_share, voxel_m);
     for (std::size_t l = begin; l < end; ++l) {
       if (states[l] == State::mixed) continue;
       int n_full = 0, n_empty = 0;
       for (int s = 0; s < 27 && (n_full == 0 || n_empty == 0); ++s) {
         const glm::ivec3 step(s / 9, s / 3 % 3, s % 3);
         const glm::dvec3 place = glm::dvec3(leaf_at(l) * kBrickSide) + double{kStride} * glm::dvec3(step) - 0.5;
-        const float value = judge.occupancy(lattice.transform.world_from_index(place));
+        const float value = views.occupancy(lattice.transform.world_from_index(place));
         n_full += value >= 1.0f ? 1 : 0;
         n_empty += value <= 0.0f ? 1 : 0;
         if (value > 0.0f && value < 1.0f) ++n_full, ++n_empty;
@@ -118,7 +81,7 @@ openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, const O
   std::atomic<std::size_t> n_done = 0;
   parallel_for(n_leaves, 16, [&](std::size_t begin, std::size_t end, int worker) {
     monitor.check();
-    Judge judge(maps, voxel_m);
+    ViewAgreement views(maps, agreeing_share, voxel_m);
     for (std::size_t l = begin; l < end; ++l) {
       if (states[l] == State::empty) continue;
       const glm::ivec3 origin = leaf_at(l) * kBrickSide;
@@ -129,7 +92,7 @@ openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, const O
         const glm::dvec3 point_m = centre_m(lattice, voxel);
         const float height = cut_by_floor(1.0f, point_m.y, floor_m, voxel_m);
         if (height <= 0.0f) continue;
-        const float value = std::min(height, states[l] == State::full ? 1.0f : judge.occupancy(point_m));
+        const float value = std::min(height, states[l] == State::full ? 1.0f : views.occupancy(point_m));
         if (value > 0.0f) leaf->setValueOn(static_cast<openvdb::Index>(v), value);
       }
       if (!leaf->isEmpty()) leaves[l] = std::move(leaf);
@@ -155,13 +118,13 @@ std::optional<double> bottom_of_returns_m(std::span<const ReturnMap> maps, doubl
   for (const ReturnMap& map : maps) map.append_returns(returns);
   if (returns.empty()) return std::nullopt;
   const auto [low, high] =
-      std::minmax_element(returns.begin(), returns.end(), [](const auto& a, const auto& b) { return a.height_m < b.height_m; });
+      std::minmax_element(returns.begin(), returns.end(), [](const auto& a, const auto& b) { return a.point_m.y < b.point_m.y; });
   // Half a voxel a layer; those of the window lie above the last one, too, and are empty there.
   constexpr std::size_t kWindow = 10;
-  const double layer_m = 0.5 * voxel_m, first_m = low->height_m;
-  const auto n = static_cast<std::size_t>((high->height_m - first_m) / layer_m) + 1;
+  const double layer_m = 0.5 * voxel_m, first_m = low->point_m.y;
+  const auto n = static_cast<std::size_t>((high->point_m.y - first_m) / layer_m) + 1;
   std::vector<double> power(n + kWindow, 0.0);
-  for (const auto& r : returns) power[static_cast<std::size_t>((r.height_m - first_m) / layer_m)] += double{r.power};
+  for (const auto& r : returns) power[static_cast<std::size_t>((r.point_m.y - first_m) / layer_m)] += double{r.power};
   std::vector<double> some;
   std::copy_if(power.begin(), power.end(), std::back_inserter(some), [](double p) { return p > 0.0; });
   const auto median = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);

@@ -10,15 +10,13 @@
 
 namespace sarnerf {
 
-/// The body behind the surfaces that views see: a place is empty when a tenth of the views that hold it see it in front
-/// of what their rays meet, or past it; all else is full, since nobody sees inside of opaque matter. One in ten, since a
-/// single view may err.
+/// The body behind the surfaces that views see, by what they agree on (view_agreement.h).
 ///
 /// 0.5 lies on the surface, and values fall from 1 to 0 within a voxel to either side of it, so that a mesh is smoother
 /// than voxels. Below `floor_m` (relative to the aim point) nothing is full. Grid coordinates are those of the lattice;
 /// insides are tiles; what no view holds is empty. Cost: some 30 ns a view and voxel near the surface and where views
 /// differ; elsewhere a place in 64 voxels is looked at.
-openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, const Occupancy& matter,
+openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, double agreeing_share, const Occupancy& matter,
                                         const GridTransform& of_matter, const VoxelLattice& lattice,
                                         std::optional<double> floor_m, const Monitor& monitor);
 

@@ -70,6 +70,7 @@ void describe(VdbScene& volume, const Model& model, const ExtractOptions& option
   volume.set_metadata("body", std::string(options.body == Body::solid ? "solid" : "shell"));
   volume.set_metadata("threshold_per_m", extraction.threshold_per_m);
   volume.set_metadata("bottom_m", extraction.bottom_m);
+  if (options.body == Body::solid) volume.set_metadata("agreeing_share", extraction.agreeing_share);
   if (model.field->kind() == "mlp") volume.set_metadata("harmonics_residual", extraction.harmonics_residual);
 }
 

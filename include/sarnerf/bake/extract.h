@@ -44,6 +44,7 @@ struct Extraction {
   double threshold_per_m = 0.0;         ///< that was used, or would be: see ExtractOptions
   double bottom_m = 0.0;                ///< world height at which the body ends
   bool bottom_was_given = false;
+  double agreeing_share = 0.0;          ///< of the views that hold a place: so many had to see it empty; 0 for a shell
   double harmonics_residual = 0.0;      ///< of the field `mlp`: see docs/extraction.md
   double part_outside = 0.0;            ///< of the learned matter's box, by volume, that the extent cuts off
   struct Seconds {
