@@ -38,8 +38,8 @@ programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 . "$root/scripts/report_values.sh"
 mkdir -p "$folder"
 
-echo "| chips | every | amplitude (dB) | best baseline | true neighbours | power (dB) | best baseline | true neighbours | target IoU | best baseline | true neighbours | shadow IoU | best baseline | true neighbours | training (s) |"
-echo "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+echo "| chips | every | $despeckled_head"
+echo "|---|--:|$despeckled_rule"
 for item in $chips; do
   name=$(basename "$item")
   source=$item
@@ -53,9 +53,6 @@ for item in $chips; do
     data=$folder/$name.$step
     import --every "$step" -o "$data"
     "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$folder/$name.all" --despeckle 3 -o "$data.run" -q > /dev/null
-    report=$data.run/report.json
-    echo "| $name | $step | $(model_and_best "$report" despeckled psnr_amplitude_db 2) |" \
-      "$(model_and_best "$report" despeckled psnr_power_db 2) | $(model_and_best "$report" despeckled target_iou 2) |" \
-      "$(model_and_best "$report" despeckled shadow_iou 2) | $(printf '%.1f' "$(training_seconds "$report")") |"
+    echo "| $name | $step | $(despeckled_row "$data.run/report.json")"
   done
 done

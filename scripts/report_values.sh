@@ -27,3 +27,15 @@ model_and_best() {
 training_seconds() {
   sed -n 's/.*"until trained": *\([0-9.]*\).*/\1/p' "$1" | head -n 1
 }
+
+# Columns of a table of measured chips, after those that say what a row is.
+despeckled_head="amplitude (dB) | best baseline | true neighbours | power (dB) | best baseline | true neighbours | target IoU | best baseline | true neighbours | shadow IoU | best baseline | true neighbours | training (s) |"
+despeckled_rule="--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+
+# despeckled_row REPORT: those columns of sar_nerf_train's report with --despeckle.
+despeckled_row() {
+  for key in psnr_amplitude_db psnr_power_db target_iou shadow_iou; do
+    printf '%s | ' "$(model_and_best "$1" despeckled $key 2)"
+  done
+  printf '%.1f |' "$(training_seconds "$1")"
+}

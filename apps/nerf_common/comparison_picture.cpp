@@ -27,20 +27,22 @@ Colour signed_colour(double share) {
 
 }  // namespace
 
-std::vector<std::byte> comparison_picture(const Image<float>& truth, const Image<float>& prediction,
-                                          float white, float peak) {
+std::vector<std::byte> comparison_picture(std::span<const Image<float>* const> images, const Image<float>& truth,
+                                          const Image<float>& prediction, float white, float peak) {
   const int n_azimuth = truth.n_azimuth(), n_range = truth.n_range();
-  Image<Colour> picture(n_azimuth, 3 * n_range + 2 * kGap, grey(255));
-  const auto left = display_levels(truth, Quantity::power, white),
-             middle = display_levels(prediction, Quantity::power, white);
-  for (int i = 0; i < n_azimuth; ++i) {
-    for (int j = 0; j < n_range; ++j) {
-      picture(i, j) = grey(left(i, j));
-      picture(i, n_range + kGap + j) = grey(middle(i, j));
-      picture(i, 2 * (n_range + kGap) + j) = signed_colour(
-          (double{prediction(i, j)} - double{truth(i, j)}) / (kFullColour * double{peak}));
-    }
+  const int n_images = static_cast<int>(images.size());
+  Image<Colour> picture(n_azimuth, (n_images + 1) * n_range + n_images * kGap, grey(255));
+  int left = 0;
+  for (const Image<float>* image : images) {
+    const auto levels = display_levels(*image, Quantity::power, white);
+    for (int i = 0; i < n_azimuth; ++i)
+      for (int j = 0; j < n_range; ++j) picture(i, left + j) = grey(levels(i, j));
+    left += n_range + kGap;
   }
+  for (int i = 0; i < n_azimuth; ++i)
+    for (int j = 0; j < n_range; ++j)
+      picture(i, left + j) =
+          signed_colour((double{prediction(i, j)} - double{truth(i, j)}) / (kFullColour * double{peak}));
   return encode_png(picture);
 }
 

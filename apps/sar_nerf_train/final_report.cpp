@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "final_report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -19,6 +20,8 @@
 namespace sarnerf::app {
 namespace {
 
+constexpr std::size_t kDespeckledPictures = 8;
+
 void predict(const ReportInput& in, Findings& findings, const Monitor& monitor) {
   for (const PosedImage& truth : in.data.validation) {
     monitor.check();
@@ -27,6 +30,41 @@ void predict(const ReportInput& in, Findings& findings, const Monitor& monitor) 
   }
 }
 
+void write_picture(const ReportInput& in, const char* kind, std::size_t view, std::vector<const Image<float>*> images,
+                   const Image<float>& truth, const Image<float>& prediction) {
+  char name[40];
+  std::snprintf(name, sizeof name, "%s_%03zu.png", kind, view);
+  AtomicFiles files(Durability::process);
+  files.add(in.folder.pictures() / name,
+            comparison_picture(images, truth, prediction, white_level(*images.front()), in.trainer.set().peak));
+  files.commit();
+}
+
+void write_pictures(const ReportInput& in, const Findings& findings) {
+  for (const std::size_t v : in.run.curve().views()) {
+    const Image<float>&truth = in.data.validation[v].power, &prediction = findings.predictions[v];
+    write_picture(in, "view", v, {&truth, &prediction}, truth, prediction);
+  }
+}
+
+/// A single view, its despeckled truth, the prediction, the baseline that comes closest, and the prediction's difference.
+void write_despeckled_pictures(const ReportInput& in, const Findings& findings,
+                               std::span<const Baseline> baselines) {
+  const MethodScores* const best = findings.despeckled->best_baseline();
+  if (best == nullptr) return;
+  const auto baseline = std::find_if(baselines.begin(), baselines.end(),
+                                     [&](const Baseline& b) { return name(b) == best->name; });
+  const DespeckledTruth& truth = *in.data.despeckled;
+  const std::size_t n = std::min(truth.views.size(), kDespeckledPictures);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t t = k * truth.views.size() / n, v = truth.which[t];
+    const Image<float>&mean = truth.views[t].power, &prediction = findings.predictions[v];
+    const Image<float> other = baseline_view(in.trainer.set().images, truth.views[t].acquisition, *baseline);
+    write_picture(in, "despeckled", v, {&in.data.validation[v].power, &mean, &prediction, &other}, mean, prediction);
+  }
+}
+
+/// Scores, and the pictures of despeckled views, which show the best baseline beside.
 void judge(const ReportInput& in, Findings& findings, const Monitor& monitor) {
   EvaluationSettings settings;
   settings.peak_power = double{in.trainer.set().peak};
@@ -39,22 +77,10 @@ void judge(const ReportInput& in, Findings& findings, const Monitor& monitor) {
   settings.baselines = default_baselines(training, monitor);
   findings.evaluation =
       evaluate(in.data.validation, findings.predictions, training, settings, monitor);
-  if (in.data.despeckled)
+  if (in.data.despeckled) {
     findings.despeckled = evaluate_despeckled(*in.data.despeckled, findings.predictions, training,
                                               settings, monitor);
-}
-
-void write_pictures(const ReportInput& in, const Findings& findings) {
-  const auto views = in.run.curve().views();
-  for (std::size_t k = 0; k < views.size(); ++k) {
-    const PosedImage& truth = in.data.validation[views[k]];
-    char name[40];
-    std::snprintf(name, sizeof name, "view_%03zu.png", views[k]);
-    const auto bytes = comparison_picture(truth.power, findings.predictions[views[k]],
-                                          white_level(truth.power), in.trainer.set().peak);
-    AtomicFiles files(Durability::process);
-    files.add(in.folder.pictures() / name, bytes);
-    files.commit();
+    write_despeckled_pictures(in, findings, *settings.baselines);
   }
 }
 

@@ -9,7 +9,7 @@
 namespace sarnerf {
 namespace {
 
-constexpr const char* kPixels = "view_residuals";
+constexpr const char* kPixels = "amplitude_residuals";
 
 Json json_of(const Acquisition& a) {
   return {{"azimuth_rad", a.azimuth_rad},
@@ -55,8 +55,9 @@ void add_residuals(Archive& archive, const ViewResiduals& residuals) {
       torch::from_blob(pixels.data(), {static_cast<std::int64_t>(pixels.size())}, torch::kFloat).to(torch::kHalf);
   add_text(archive, kPixels,
            {{"share", residuals.share},
+            {"target_share", residuals.target_share},
             {"length_rad", residuals.length_rad},
-            {"floor", residuals.floor},
+            {"ground_power", residuals.ground_power},
             {"plane_height_m", residuals.plane_height_m},
             {"views", views}});
 }
@@ -71,10 +72,13 @@ std::shared_ptr<const ViewResiduals> residuals_of(const Archive& archive, const 
   auto residuals = std::make_shared<ViewResiduals>();
   residuals->share = member<double>(text, "share", where);
   residuals->length_rad = member<double>(text, "length_rad", where);
-  residuals->floor = member<double>(text, "floor", where);
+  residuals->target_share = member<double>(text, "target_share", where);
+  residuals->ground_power = member<double>(text, "ground_power", where);
   residuals->plane_height_m = member<double>(text, "plane_height_m", where);
-  require(residuals->share >= 0.0 && residuals->share < 1.0 && residuals->length_rad > 0.0 &&
-              std::isfinite(residuals->floor) && std::isfinite(residuals->plane_height_m),
+  const auto possible = [](double share) { return share >= 0.0 && share < 1.0; };
+  require(possible(residuals->share) && possible(residuals->target_share) && residuals->length_rad > 0.0 &&
+              std::isfinite(residuals->length_rad) && residuals->ground_power > 0.0 &&
+              std::isfinite(residuals->ground_power) && std::isfinite(residuals->plane_height_m),
           "the residuals' covariance is impossible");
   require(pixels.isfinite().all().item<bool>(), "the views' residuals are not finite");
   std::int64_t next = 0;

@@ -16,8 +16,14 @@ namespace {
 constexpr std::size_t kLeastViews = 6, kNearest = 6;
 constexpr double kBlur_pixels = 0.7;
 
-/// Of the ground's brightness, as `speckle_floor` is by default.
+/// Of the ground's brightness.
 constexpr double kFloor = 0.2;
+
+/// What shines is at least so many times as bright as the ground, blurred by a pixel; not at all below the first.
+constexpr float kShinesFrom = 2.0f, kShines = 4.0f;
+
+/// Of what shines: see find_residuals().
+constexpr double kTargetShare = 0.7;
 
 /// Residuals beyond these say that the field has missed a place, not how bright it is.
 constexpr float kLeastResidual = -1.0f, kMostResidual = 3.0f;
@@ -50,21 +56,45 @@ Image<float> turned(const PosedImage& view, const Acquisition& wanted, double pl
   return interpolate_view({&view, 1}, wanted, Interpolation::rotated_linear, plane_height_m);
 }
 
-PosedImage residual_of(const LearnedField& field, const PosedImage& image, double floor) {
-  PosedImage residual{image.name, image.acquisition, render_view(field, image.acquisition)};
-  for (std::size_t n = 0; n < residual.power.pixels().size(); ++n) {
-    float& r = residual.power.pixels()[n];
-    r = (image.power.pixels()[n] - r) / (std::max(r, 0.0f) + static_cast<float>(floor));
-  }
-  residual.power = gaussian_blur(residual.power, kBlur_pixels);
-  for (float& r : residual.power.pixels()) r = std::clamp(r, kLeastResidual, kMostResidual);
-  return residual;
+/// How far a rendered image shines, pixel by pixel: 0 on the ground, 1 on targets.
+Image<float> shining(const Image<float>& power, double ground_power) {
+  Image<float> part = gaussian_blur(power, 1.0);
+  for (float& p : part.pixels())
+    p = std::clamp((p / static_cast<float>(ground_power) - kShinesFrom) / (kShines - kShinesFrom), 0.0f, 1.0f);
+  return part;
 }
 
-double product(const Image<float>& a, const Image<float>& b) {
+float floor_of(const ViewResiduals& residuals) { return static_cast<float>(kFloor * residuals.ground_power); }
+
+Image<float> residual_of(const PosedImage& image, const Image<float>& rendered, float floor) {
+  Image<float> residual(rendered.n_azimuth(), rendered.n_range());
+  for (std::size_t n = 0; n < residual.pixels().size(); ++n) {
+    const float b = std::sqrt(std::max(rendered.pixels()[n], 0.0f) + floor);
+    residual.pixels()[n] = std::clamp(std::sqrt(image.power.pixels()[n] + floor) / b - 1.0f, kLeastResidual, kMostResidual);
+  }
+  return gaussian_blur(residual, kBlur_pixels);
+}
+
+/// Σ weight a b.
+double product(const Image<float>& a, const Image<float>& b, const Image<float>& weight) {
   double sum = 0.0;
-  for (std::size_t n = 0; n < a.pixels().size(); ++n) sum += double{a.pixels()[n]} * double{b.pixels()[n]};
+  for (std::size_t n = 0; n < a.pixels().size(); ++n)
+    sum += double{weight.pixels()[n]} * double{a.pixels()[n]} * double{b.pixels()[n]};
   return sum;
+}
+
+/// The mean over the ground is that of speckle's amplitude, which says nothing about a view.
+void remove_mean(ViewResiduals& residuals, std::span<const Image<float>> ground) {
+  double sum = 0.0, weight = 0.0;
+  for (std::size_t v = 0; v < ground.size(); ++v)
+    for (std::size_t n = 0; n < ground[v].pixels().size(); ++n) {
+      sum += double{ground[v].pixels()[n]} * double{residuals.views[v].power.pixels()[n]};
+      weight += double{ground[v].pixels()[n]};
+    }
+  if (!(weight > 0.0)) return;
+  const auto mean = static_cast<float>(sum / weight);
+  for (PosedImage& view : residuals.views)
+    for (float& r : view.power.pixels()) r -= mean;
 }
 
 /// Two views' residuals: how far apart, their product, and what that would be if they were equal.
@@ -72,23 +102,23 @@ struct Pair {
   double angle_rad, product, energy;
 };
 
-std::vector<Pair> pairs_of(const ViewResiduals& residuals) {
+std::vector<Pair> pairs_of(const ViewResiduals& residuals, std::span<const Image<float>> ground) {
   std::vector<Pair> pairs;
   for (std::size_t v = 0; v < residuals.views.size(); ++v) {
     const PosedImage& view = residuals.views[v];
-    const double own = product(view.power, view.power);
+    const double own = product(view.power, view.power, ground[v]);
     for (const std::size_t other : nearest(residuals.views, view.acquisition, v)) {
       const Image<float> image = turned(residuals.views[other], view.acquisition, residuals.plane_height_m);
-      pairs.push_back({angle_between(view.acquisition, residuals.views[other].acquisition), product(image, view.power),
-                       std::sqrt(product(image, image) * own)});
+      pairs.push_back({angle_between(view.acquisition, residuals.views[other].acquisition), product(image, view.power, ground[v]),
+                       std::sqrt(product(image, image, ground[v]) * own)});
     }
   }
   return pairs;
 }
 
 /// The least squares fit of s exp(−Δ/L).
-void fit(ViewResiduals& residuals) {
-  const std::vector<Pair> pairs = pairs_of(residuals);
+void fit(ViewResiduals& residuals, std::span<const Image<float>> ground) {
+  const std::vector<Pair> pairs = pairs_of(residuals, ground);
   double least = std::numeric_limits<double>::infinity();
   for (const double length_deg : kLengths_deg) {
     const double length_rad = rad_from_deg(length_deg);
@@ -112,9 +142,10 @@ void fit(ViewResiduals& residuals) {
 
 }  // namespace
 
-std::vector<double> ViewResiduals::weights(std::span<const std::size_t> near, const Acquisition& wanted) const {
+std::vector<double> ViewResiduals::weights(std::span<const std::size_t> near, const Acquisition& wanted,
+                                           double share_of_it) const {
   const auto covariance = [&](const Acquisition& a, const Acquisition& b) {
-    return share * std::exp(-angle_between(a, b) / length_rad);
+    return share_of_it * std::exp(-angle_between(a, b) / length_rad);
   };
   const std::size_t n = near.size();
   std::vector<double> among(n * n), with_wanted(n);
@@ -140,27 +171,40 @@ void ViewResiduals::correct(Image<float>& power, const Acquisition& wanted) cons
   Acquisition centred = wanted;
   centred.aim_m = glm::dvec3(0.0);
   const std::vector<std::size_t> near = nearest(views, centred, views.size());
-  const std::vector<double> w = weights(near, centred);
+  const std::vector<double> on_ground = weights(near, centred, share), on_target = weights(near, centred, target_share);
+  const Image<float> shines = shining(power, ground_power);
   Image<float> expected(power.n_azimuth(), power.n_range());
   for (std::size_t k = 0; k < near.size(); ++k) {
     const Image<float> image = turned(views[near[k]], centred, plane_height_m);
+    const auto w = static_cast<float>(on_ground[k]), more = static_cast<float>(on_target[k] - on_ground[k]);
     for (std::size_t n = 0; n < expected.pixels().size(); ++n)
-      expected.pixels()[n] += static_cast<float>(w[k]) * image.pixels()[n];
+      expected.pixels()[n] += (w + more * shines.pixels()[n]) * image.pixels()[n];
   }
+  const float floor = floor_of(*this);
   for (std::size_t n = 0; n < expected.pixels().size(); ++n) {
     float& p = power.pixels()[n];
-    p = std::max(0.0f, p + (std::max(p, 0.0f) + static_cast<float>(floor)) * expected.pixels()[n]);
+    const float factor = std::max(0.0f, 1.0f + expected.pixels()[n]);
+    p = std::max(0.0f, (std::max(p, 0.0f) + floor) * factor * factor - floor);
   }
 }
 
 std::optional<ViewResiduals> find_residuals(const LearnedField& field, const TrainingSet& set) {
   if (!set.clutter || set.images.size() < kLeastViews) return {};
   ViewResiduals residuals;
-  residuals.floor = kFloor * set.clutter->ground->mean_power();
+  residuals.ground_power = set.clutter->ground->mean_power();
   residuals.plane_height_m = set.clutter->ground->height_m;
-  for (const PosedImage& image : set.images) residuals.views.push_back(residual_of(field, image, residuals.floor));
-  fit(residuals);
+  if (!(residuals.ground_power > 0.0)) return {};
+  std::vector<Image<float>> ground;
+  for (const PosedImage& image : set.images) {
+    const Image<float> rendered = render_view(field, image.acquisition);
+    residuals.views.push_back({image.name, image.acquisition, residual_of(image, rendered, floor_of(residuals))});
+    ground.push_back(shining(rendered, residuals.ground_power));
+    for (float& part : ground.back().pixels()) part = 1.0f - part;
+  }
+  remove_mean(residuals, ground);
+  fit(residuals, ground);
   if (residuals.share < kLeastShare) return {};
+  residuals.target_share = std::max(kTargetShare, residuals.share);
   return residuals;
 }
 

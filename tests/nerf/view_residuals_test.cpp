@@ -27,9 +27,9 @@ ViewResiduals residuals_of_views(int n_views, Pattern&& pattern) {
     for (std::size_t n = 0; n < image.pixels().size(); ++n) image.pixels()[n] = pattern(v, n);
     residuals.views.push_back({"view", a, std::move(image)});
   }
-  residuals.share = 0.5;
+  residuals.share = residuals.target_share = 0.5;
   residuals.length_rad = 10.0 * kDegree;
-  residuals.floor = 0.1;
+  residuals.ground_power = 0.5;
   return residuals;
 }
 
@@ -63,18 +63,18 @@ TrainingSet bare_set(int n_views, bool common, GridField& field) {
 TEST_CASE("one neighbour weighs as much as it is alike") {
   const ViewResiduals residuals = residuals_of_views(12, [](int, std::size_t) { return 0.0f; });
   const std::size_t first[] = {0};
-  CHECK(residuals.weights(first, small_acquisition(0.0))[0] == Approx(0.5));
+  CHECK(residuals.weights(first, small_acquisition(0.0), 0.5)[0] == Approx(0.5));
   // Azimuths 30° apart are lines of sight less than that apart.
   const double angle = std::acos(glm::dot(radar_frame(small_acquisition(0.0)).k, radar_frame(residuals.views[1].acquisition).k));
   const std::size_t second[] = {1};
-  CHECK(residuals.weights(second, small_acquisition(0.0))[0] == Approx(0.5 * std::exp(-angle / residuals.length_rad)));
+  CHECK(residuals.weights(second, small_acquisition(0.0), 0.5)[0] == Approx(0.5 * std::exp(-angle / residuals.length_rad)));
 }
 
 TEST_CASE("weights solve the equations of simple kriging") {
   const ViewResiduals residuals = residuals_of_views(72, [](int, std::size_t) { return 0.0f; });
   const std::size_t near[] = {0, 1, 2, 71};
   const Acquisition wanted = small_acquisition(0.04);
-  const std::vector<double> w = residuals.weights(near, wanted);
+  const std::vector<double> w = residuals.weights(near, wanted, 0.5);
   const auto covariance = [&](const Acquisition& a, const Acquisition& b) {
     return 0.5 * std::exp(-std::acos(std::min(1.0, glm::dot(radar_frame(a).k, radar_frame(b).k))) / residuals.length_rad);
   };
@@ -94,12 +94,24 @@ TEST_CASE("what neighbours share is added to a view and never leaves it below ze
   brighter.correct(image, wanted);
   const std::size_t near[] = {0, 1, 71, 2, 70, 3};
   double sum = 0.0;
-  for (const double w : brighter.weights(near, wanted)) sum += w;
-  CHECK(image(wanted.n_azimuth / 2, wanted.n_range / 2) == Approx(2.0 + 2.1 * 0.5 * sum).epsilon(1e-3));
+  for (const double w : brighter.weights(near, wanted, 0.5)) sum += w;
+  CHECK(image(wanted.n_azimuth / 2, wanted.n_range / 2) == Approx(2.1 * std::pow(1.0 + 0.5 * sum, 2) - 0.1).epsilon(1e-3));
 
   ViewResiduals darker = residuals_of_views(72, [](int, std::size_t) { return -4.0f; });
   darker.correct(image, wanted);
   for (const float p : image.pixels()) CHECK_FALSE(p < 0.0f);
+}
+
+TEST_CASE("what shines has a share of its own") {
+  ViewResiduals residuals = residuals_of_views(72, [](int, std::size_t) { return 0.5f; });
+  residuals.share = 0.0;
+  const Acquisition wanted = small_acquisition(0.04);
+  Image<float> ground(wanted.n_azimuth, wanted.n_range, 0.9f), target(wanted.n_azimuth, wanted.n_range, 2.1f);
+  residuals.correct(ground, wanted);
+  residuals.correct(target, wanted);
+  const int i = wanted.n_azimuth / 2, j = wanted.n_range / 2;
+  CHECK(ground(i, j) == Approx(0.9));
+  CHECK(target(i, j) > 2.5);
 }
 
 TEST_CASE("independent speckle leaves nothing to add and speckle in common does") {
@@ -128,6 +140,6 @@ TEST_CASE("residuals come back from a model's archive and change its views") {
   CHECK(difference < 2e-3);  // half-precision numbers up to 3
   CHECK(change > 0.1);
   Archive damaged = field.state();
-  damaged.tensors["view_residuals"] = torch::zeros({7}, torch::kHalf);
+  damaged.tensors["amplitude_residuals"] = torch::zeros({7}, torch::kHalf);
   CHECK_THROWS_AS(restore_grid_field(damaged, "test"), CheckpointError);
 }
