@@ -31,23 +31,29 @@ void predict(const ReportInput& in, Findings& findings, const Monitor& monitor) 
 }
 
 void write_picture(const ReportInput& in, const char* kind, std::size_t view, std::vector<const Image<float>*> images,
-                   const Image<float>& truth, const Image<float>& prediction) {
+                   const Image<float>& truth, const Image<float>& prediction, float peak) {
   char name[40];
   std::snprintf(name, sizeof name, "%s_%03zu.png", kind, view);
   AtomicFiles files(Durability::process);
   files.add(in.folder.pictures() / name,
-            comparison_picture(images, truth, prediction, white_level(*images.front()), in.trainer.set().peak));
+            comparison_picture(images, truth, prediction, white_level(*images.front()), peak));
   files.commit();
 }
 
 void write_pictures(const ReportInput& in, const Findings& findings) {
   for (const std::size_t v : in.run.curve().views()) {
     const Image<float>&truth = in.data.validation[v].power, &prediction = findings.predictions[v];
-    write_picture(in, "view", v, {&truth, &prediction}, truth, prediction);
+    write_picture(in, "view", v, {&truth, &prediction}, truth, prediction, in.trainer.set().peak);
   }
 }
 
-/// A single view, its despeckled truth, the prediction, the baseline that comes closest, and the prediction's difference.
+Image<float> amplitudes(Image<float> power) {
+  for (float& p : power.pixels()) p = std::sqrt(std::max(p, 0.0f));
+  return power;
+}
+
+/// A single view, its despeckled truth, the prediction, the baseline that comes closest, and the prediction's difference:
+/// of amplitudes, full colour at an eighth of the largest one, since differences of power would show single glints.
 void write_despeckled_pictures(const ReportInput& in, const Findings& findings,
                                std::span<const Baseline> baselines) {
   const MethodScores* const best = findings.despeckled->best_baseline();
@@ -60,7 +66,8 @@ void write_despeckled_pictures(const ReportInput& in, const Findings& findings,
     const std::size_t t = k * truth.views.size() / n, v = truth.which[t];
     const Image<float>&mean = truth.views[t].power, &prediction = findings.predictions[v];
     const Image<float> other = baseline_view(in.trainer.set().images, truth.views[t].acquisition, *baseline);
-    write_picture(in, "despeckled", v, {&in.data.validation[v].power, &mean, &prediction, &other}, mean, prediction);
+    write_picture(in, "despeckled", v, {&in.data.validation[v].power, &mean, &prediction, &other}, amplitudes(mean),
+                  amplitudes(prediction), 0.5f * std::sqrt(in.trainer.set().peak));
   }
 }
 

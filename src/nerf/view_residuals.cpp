@@ -22,8 +22,12 @@ constexpr double kFloor = 0.2;
 /// What shines is at least so many times as bright as the ground, blurred by a pixel; not at all below the first.
 constexpr float kShinesFrom = 2.0f, kShines = 4.0f;
 
-/// Of what shines: see find_residuals().
-constexpr double kTargetShare = 0.7;
+/// Of the ground at least, and of what shines: see find_residuals().
+constexpr double kGroundShare = 0.5, kTargetShare = 0.7;
+
+/// Standard deviation (pixels) by which amplitudes are blurred, for each degree between the two nearest views, and at
+/// most: what stands above the plane is turned to a place beside its own.
+constexpr double kBlurPerDegree = 0.1, kMostBlur_pixels = 0.8;
 
 /// Residuals beyond these say that the field has missed a place, not how bright it is.
 constexpr float kLeastResidual = -1.0f, kMostResidual = 3.0f;
@@ -184,8 +188,13 @@ void ViewResiduals::correct(Image<float>& power, const Acquisition& wanted) cons
   for (std::size_t n = 0; n < expected.pixels().size(); ++n) {
     float& p = power.pixels()[n];
     const float factor = std::max(0.0f, 1.0f + expected.pixels()[n]);
-    p = std::max(0.0f, (std::max(p, 0.0f) + floor) * factor * factor - floor);
+    p = std::sqrt(std::max(0.0f, (std::max(p, 0.0f) + floor) * factor * factor - floor));
   }
+  double between_rad = 0.0;
+  for (std::size_t k = 0; k < std::min<std::size_t>(2, near.size()); ++k)
+    between_rad += angle_between(views[near[k]].acquisition, centred);
+  power = gaussian_blur(power, std::min(kMostBlur_pixels, kBlurPerDegree * deg_from_rad(between_rad)));
+  for (float& p : power.pixels()) p *= p;
 }
 
 std::optional<ViewResiduals> find_residuals(const LearnedField& field, const TrainingSet& set) {
@@ -204,6 +213,7 @@ std::optional<ViewResiduals> find_residuals(const LearnedField& field, const Tra
   remove_mean(residuals, ground);
   fit(residuals, ground);
   if (residuals.share < kLeastShare) return {};
+  residuals.share = std::max(kGroundShare, residuals.share);
   residuals.target_share = std::max(kTargetShare, residuals.share);
   return residuals;
 }

@@ -21,7 +21,9 @@ namespace sarnerf {
 /// of view k, I its image, μ the field's, f a floor, G a narrow Gaussian, m the mean over the ground (speckle has less mean
 /// amplitude than steady power), are taken for a random function of direction with the covariance s exp(−Δ/L) between
 /// lines of sight Δ apart, besides 1 − s of each view's own. A new view is (b (1 + Σ w_k r_k))² − f, each r_k turned to it
-/// on the ground, with the weights of simple kriging (Cressie 1993, section 3.2), K w = c over the six nearest views.
+/// on the ground, with the weights of simple kriging (Cressie 1993, section 3.2), K w = c over the six nearest views. What
+/// stands above the ground is turned to a place beside its own, the more the further its view: amplitudes are blurred by a
+/// tenth of a pixel for each degree between the two nearest views, 0.8 at most.
 /// Amplitudes, since a glint of ten times the power would outweigh all neighbours otherwise.
 ///
 /// What shines (two to four times as bright as the ground, blurred, and beyond) has a share of its own. Where residuals are
@@ -42,8 +44,9 @@ struct ViewResiduals {
 };
 
 /// The residuals of the training views, with s and L of the ground fitted to pairs of neighbours; nothing where s is below
-/// 2 %, where images have no speckled ground, or are fewer than six. The target's s is 0.7: a field has learned part of
-/// each view's glints, so that its own residuals say 0.2 where unseen views of measured vehicles say 0.55 to 0.85. Cost: a rendered image a view and six turned ones.
+/// 2 %, where images have no speckled ground, or are fewer than six. A field has learned part of each view's speckle and
+/// glints, so that its own residuals say too little (0.25 on the ground and 0.2 on the target of the chips of 2S1, whose
+/// unseen views are best with 0.5 and 0.55 to 0.85): s is 0.5 at least, and the target's 0.7. Cost: a rendered image a view and six turned ones.
 std::optional<ViewResiduals> find_residuals(const LearnedField& field, const TrainingSet& set);
 
 }  // namespace sarnerf
