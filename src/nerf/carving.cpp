@@ -121,7 +121,9 @@ bool clutter_lets(const TrainingSet& set, std::span<const Witness> views, const 
     const glm::dvec3 down = std::cos(p.ray_angle_rad) * frame.k + std::sin(p.ray_angle_rad) * frame.v;
     const glm::dvec3 foot_m = point_m + down * ((set.clutter->ground->height_m - point_m.y) / down.y);
     const Image<std::uint8_t>& like = set.clutter->like_ground[v];
-    n_empty += shows_clutter(like, a, p) && shows_clutter(like, a, project(a, frame, foot_m)) ? 1 : 0;
+    // A shadow beyond the image says nothing, but what neither shines nor is seen to cast one need not be there.
+    const RadarPoint foot = project(a, frame, foot_m);
+    n_empty += shows_clutter(like, a, p) && (!pixel_of(a, foot) || shows_clutter(like, a, foot)) ? 1 : 0;
   }
   return 4 * n_seeing >= views.size() && static_cast<double>(n_empty) < kClutterShows * static_cast<double>(n_seeing);
 }
