@@ -6,6 +6,7 @@
 
 #include "archive_text.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/nerf/returned_share.h"
 #include "sarnerf/nerf/view_residuals.h"
 
 namespace sarnerf {
@@ -24,13 +25,17 @@ constexpr double kRowsLearned = 3.0;
 /// Share of the learning rates at which a level ground is learned, which begins as the images show it.
 constexpr float kGroundShare = 0.2f;
 
+/// Where residuals of what shines vary by more than so much beyond the ground's, single glints make up its power.
+constexpr double kGlints = 0.1;
+
 /// Largest two-way depth of a voxel: more only slows down the way back.
 constexpr double kMostDepth = 40.0;
 
 }  // namespace
 
 GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step)
-    : options_(options), rows_per_step_(rows_per_step), field_(initial_grid_field(set, options)), adam_(field_) {
+    : options_(options), rows_per_step_(rows_per_step), field_(initial_grid_field(set, options)),
+      source_scale_(field_.source_scale()), adam_(field_) {
   if (set.ground) ground_height_m_ = set.ground->height_m;
 }
 
@@ -127,6 +132,7 @@ std::vector<float> GridLearner::shares() const {
 
 void GridLearner::minimise(const torch::Tensor& loss, double rate) {
   field_.residuals.reset();
+  field_.set_source_scale(source_scale_);
   for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
   loss.backward();
   const std::vector<float> shares = this->shares();
@@ -142,7 +148,14 @@ void GridLearner::minimise(const torch::Tensor& loss, double rate) {
 
 void GridLearner::finish(const TrainingSet& set) {
   field_.residuals.reset();
-  if (const auto residuals = find_residuals(field_, set)) field_.residuals = std::make_shared<const ViewResiduals>(*residuals);
+  field_.set_source_scale(source_scale_);
+  auto residuals = find_residuals(field_, set);
+  if (!residuals) return;
+  if (residuals->glints < kGlints) {
+    field_.set_source_scale(source_scale_ * returned_share(field_, set));
+    residuals = find_residuals(field_, set);
+  }
+  if (residuals->share > 0.0) field_.residuals = std::make_shared<const ViewResiduals>(*residuals);
 }
 
 Archive GridLearner::state() const {

@@ -41,6 +41,7 @@ class GridLearner : public FieldLearner {
   GridOptions options_;
   int rows_per_step_;
   GridField field_;
+  double source_scale_;  ///< while learning
   VoxelAdam adam_;
   std::optional<double> ground_height_m_;
   std::optional<Neighbourhood> neighbours_;  ///< of the present voxels, once it was asked for

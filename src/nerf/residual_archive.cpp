@@ -57,6 +57,8 @@ void add_residuals(Archive& archive, const ViewResiduals& residuals) {
            {{"share", residuals.share},
             {"target_share", residuals.target_share},
             {"length_rad", residuals.length_rad},
+            {"glints", residuals.glints},
+            {"ground_mean", residuals.ground_mean},
             {"ground_power", residuals.ground_power},
             {"plane_height_m", residuals.plane_height_m},
             {"views", views}});
@@ -72,12 +74,15 @@ std::shared_ptr<const ViewResiduals> residuals_of(const Archive& archive, const 
   auto residuals = std::make_shared<ViewResiduals>();
   residuals->share = member<double>(text, "share", where);
   residuals->length_rad = member<double>(text, "length_rad", where);
+  residuals->glints = member<double>(text, "glints", where);
+  residuals->ground_mean = member<double>(text, "ground_mean", where);
   residuals->target_share = member<double>(text, "target_share", where);
   residuals->ground_power = member<double>(text, "ground_power", where);
   residuals->plane_height_m = member<double>(text, "plane_height_m", where);
   const auto possible = [](double share) { return share >= 0.0 && share < 1.0; };
   require(possible(residuals->share) && possible(residuals->target_share) && residuals->length_rad > 0.0 &&
-              std::isfinite(residuals->length_rad) && residuals->ground_power > 0.0 &&
+              std::isfinite(residuals->length_rad) && residuals->glints >= 0.0 && std::isfinite(residuals->glints) &&
+              std::isfinite(residuals->ground_mean) && residuals->ground_power > 0.0 &&
               std::isfinite(residuals->ground_power) && std::isfinite(residuals->plane_height_m),
           "the residuals' covariance is impossible");
   require(pixels.isfinite().all().item<bool>(), "the views' residuals are not finite");

@@ -117,9 +117,9 @@ void learn_from_speckle(TrainerOptions& options, const TrainingSet& set) {
   options.grid.source_rate = 0.03;
   const double n_looks = static_cast<double>(set.images.size()) * looks_of(set.images).value_or(1.0);
   const double scarcity = std::clamp(kViewsTimesLooks / n_looks, 0.05, 5.0);
-  options.grid.smooth_density = 5e-3 * scarcity;
-  options.grid.smooth_source = 0.1 * scarcity;
-  options.grid.smooth_angular = 0.2 * scarcity;
+  options.grid.smooth_density = 7.5e-3 * scarcity;
+  options.grid.smooth_source = 1.0 * scarcity;
+  options.grid.smooth_angular = 0.8 * scarcity;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "sarnerf/core/gaussian_blur.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/view_interpolation.h"
+#include "shining.h"
 
 namespace sarnerf {
 namespace {
@@ -19,15 +20,12 @@ constexpr double kBlur_pixels = 0.7;
 /// Of the ground's brightness.
 constexpr double kFloor = 0.2;
 
-/// What shines is at least so many times as bright as the ground, blurred by a pixel; not at all below the first.
-constexpr float kShinesFrom = 2.0f, kShines = 4.0f;
-
-/// Of the ground at least, and of what shines: see find_residuals().
-constexpr double kGroundShare = 0.5, kTargetShare = 0.7;
+/// How much of each other's speckle unseen views share, over what the residuals of trained views do.
+constexpr double kLearned = 2.5;
 
 /// Standard deviation (pixels) by which amplitudes are blurred, for each degree between the two nearest views, and at
-/// most: what stands above the plane is turned to a place beside its own.
-constexpr double kBlurPerDegree = 0.1, kMostBlur_pixels = 0.8;
+/// most, where targets glint so strongly or more: what stands above the plane is turned to a place beside its own.
+constexpr double kBlurPerDegree = 0.1, kMostBlur_pixels = 0.8, kGlints = 0.15;
 
 /// Residuals beyond these say that the field has missed a place, not how bright it is.
 constexpr float kLeastResidual = -1.0f, kMostResidual = 3.0f;
@@ -60,14 +58,6 @@ Image<float> turned(const PosedImage& view, const Acquisition& wanted, double pl
   return interpolate_view({&view, 1}, wanted, Interpolation::rotated_linear, plane_height_m);
 }
 
-/// How far a rendered image shines, pixel by pixel: 0 on the ground, 1 on targets.
-Image<float> shining(const Image<float>& power, double ground_power) {
-  Image<float> part = gaussian_blur(power, 1.0);
-  for (float& p : part.pixels())
-    p = std::clamp((p / static_cast<float>(ground_power) - kShinesFrom) / (kShines - kShinesFrom), 0.0f, 1.0f);
-  return part;
-}
-
 float floor_of(const ViewResiduals& residuals) { return static_cast<float>(kFloor * residuals.ground_power); }
 
 Image<float> residual_of(const PosedImage& image, const Image<float>& rendered, float floor) {
@@ -87,18 +77,29 @@ double product(const Image<float>& a, const Image<float>& b, const Image<float>&
   return sum;
 }
 
-/// The mean over the ground is that of speckle's amplitude, which says nothing about a view.
-void remove_mean(ViewResiduals& residuals, std::span<const Image<float>> ground) {
+float mean_over(const ViewResiduals& residuals, std::span<const Image<float>> ground) {
   double sum = 0.0, weight = 0.0;
   for (std::size_t v = 0; v < ground.size(); ++v)
     for (std::size_t n = 0; n < ground[v].pixels().size(); ++n) {
       sum += double{ground[v].pixels()[n]} * double{residuals.views[v].power.pixels()[n]};
       weight += double{ground[v].pixels()[n]};
     }
-  if (!(weight > 0.0)) return;
-  const auto mean = static_cast<float>(sum / weight);
+  return weight > 0.0 ? static_cast<float>(sum / weight) : 0.0f;
+}
+
+void add(ViewResiduals& residuals, float value) {
   for (PosedImage& view : residuals.views)
-    for (float& r : view.power.pixels()) r -= mean;
+    for (float& r : view.power.pixels()) r += value;
+}
+
+/// The mean square of the residuals, where it counts.
+double variance(const ViewResiduals& residuals, std::span<const Image<float>> weight) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t v = 0; v < weight.size(); ++v) {
+    sum += product(residuals.views[v].power, residuals.views[v].power, weight[v]);
+    for (const float w : weight[v].pixels()) count += double{w};
+  }
+  return count > 0.0 ? sum / count : 0.0;
 }
 
 /// Two views' residuals: how far apart, their product, and what that would be if they were equal.
@@ -185,15 +186,17 @@ void ViewResiduals::correct(Image<float>& power, const Acquisition& wanted) cons
       expected.pixels()[n] += (w + more * shines.pixels()[n]) * image.pixels()[n];
   }
   const float floor = floor_of(*this);
+  const auto mean = static_cast<float>(ground_mean * std::accumulate(on_target.begin(), on_target.end(), 0.0));
   for (std::size_t n = 0; n < expected.pixels().size(); ++n) {
     float& p = power.pixels()[n];
-    const float factor = std::max(0.0f, 1.0f + expected.pixels()[n]);
+    const float factor = std::max(0.0f, 1.0f + expected.pixels()[n] - mean * shines.pixels()[n]);
     p = std::sqrt(std::max(0.0f, (std::max(p, 0.0f) + floor) * factor * factor - floor));
   }
   double between_rad = 0.0;
   for (std::size_t k = 0; k < std::min<std::size_t>(2, near.size()); ++k)
     between_rad += angle_between(views[near[k]].acquisition, centred);
-  power = gaussian_blur(power, std::min(kMostBlur_pixels, kBlurPerDegree * deg_from_rad(between_rad)));
+  const double share_of_blur = std::min(1.0, glints / kGlints);
+  power = gaussian_blur(power, share_of_blur * std::min(kMostBlur_pixels, kBlurPerDegree * deg_from_rad(between_rad)));
   for (float& p : power.pixels()) p *= p;
 }
 
@@ -203,18 +206,24 @@ std::optional<ViewResiduals> find_residuals(const LearnedField& field, const Tra
   residuals.ground_power = set.clutter->ground->mean_power();
   residuals.plane_height_m = set.clutter->ground->height_m;
   if (!(residuals.ground_power > 0.0)) return {};
-  std::vector<Image<float>> ground;
+  std::vector<Image<float>> ground, targets;
   for (const PosedImage& image : set.images) {
     const Image<float> rendered = render_view(field, image.acquisition);
     residuals.views.push_back({image.name, image.acquisition, residual_of(image, rendered, floor_of(residuals))});
-    ground.push_back(shining(rendered, residuals.ground_power));
+    targets.push_back(shining(rendered, residuals.ground_power));
+    ground.push_back(targets.back());
     for (float& part : ground.back().pixels()) part = 1.0f - part;
   }
-  remove_mean(residuals, ground);
+  // Of amplitude, speckle has less than steady power has: that is no likeness between views.
+  const float mean = mean_over(residuals, ground);
+  add(residuals, -mean);
   fit(residuals, ground);
-  if (residuals.share < kLeastShare) return {};
-  residuals.share = std::max(kGroundShare, residuals.share);
-  residuals.target_share = std::max(kTargetShare, residuals.share);
+  const double of_ground = variance(residuals, ground), of_targets = variance(residuals, targets);
+  residuals.glints = std::max(0.0, of_targets - of_ground);
+  residuals.target_share = of_targets > 0.0 ? std::min(kMostShare, residuals.glints / of_targets) : 0.0;
+  add(residuals, mean);
+  residuals.ground_mean = double{mean};
+  residuals.share = residuals.share < kLeastShare ? 0.0 : std::min(kMostShare, kLearned * residuals.share);
   return residuals;
 }
 

@@ -8,6 +8,7 @@
 #include "ground_scene.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/returned_share.h"
 #include "small_grid.h"
 #include "torch_catch.h"
 
@@ -116,7 +117,9 @@ TEST_CASE("what shines has a share of its own") {
 
 TEST_CASE("independent speckle leaves nothing to add and speckle in common does") {
   GridField field = small_grid(31);
-  CHECK_FALSE(find_residuals(field, bare_set(24, false, field)).has_value());
+  const auto independent = find_residuals(field, bare_set(24, false, field));
+  REQUIRE(independent.has_value());
+  CHECK(independent->share == 0.0);
   const auto alike = find_residuals(field, bare_set(24, true, field));
   REQUIRE(alike.has_value());
   CHECK(alike->share > 0.5);
@@ -142,4 +145,21 @@ TEST_CASE("residuals come back from a model's archive and change its views") {
   Archive damaged = field.state();
   damaged.tensors["amplitude_residuals"] = torch::zeros({7}, torch::kHalf);
   CHECK_THROWS_AS(restore_grid_field(damaged, "test"), CheckpointError);
+}
+
+TEST_CASE("a field that returns too little says by how much") {
+  GridField field = small_grid(33);
+  TrainingSet set = bare_set(4, false, field);
+  field.log_depth.fill_(0.0f);
+  auto dim = std::make_shared<LevelGround>(*field.ground);
+  dim->texture = Image<float>(3, 3, 1e-3f);
+  field.ground = set.clutter->ground = dim;
+  const double scale = field.source_scale();
+  field.set_source_scale(1.3 * scale);
+  for (PosedImage& image : set.images) image.power = render_view(field, image.acquisition);
+  field.set_source_scale(scale);
+  CHECK(returned_share(field, set) == Approx(1.3).epsilon(1e-3));
+  CHECK(field.source_scale() == scale);
+  set.clutter.reset();
+  CHECK(returned_share(field, set) == 1.0);
 }

@@ -78,6 +78,7 @@ class GridField : public LearnedField {
   const FieldChannels& channels() const { return channels_; }
   const Occupancy& occupancy() const { return *occupancy_; }
   double source_scale() const { return source_scale_; }
+  void set_source_scale(double scale) { source_scale_ = scale; }
 
   /// Place of each active voxel in arrays over the topology: ascending.
   std::span<const std::uint32_t> active_voxels() const { return active_; }
