@@ -167,3 +167,20 @@ TEST_CASE("speckled clutter carves what stands nowhere and leaves what does") {
   CHECK(n >= 288);
   CHECK(n < 6000);
 }
+
+TEST_CASE("what neither shines nor casts a shadow within the image is carved") {
+  Box box = ground_scene_box();
+  box.max.y = 30.0;
+  const TrainingSet set = training_set(speckled_scene(36, 1.0), box, 30.0);
+  const GridTransform transform = grid_transform(set, 1.0);
+  const CarvedVoxels carved = carve(set, transform);
+  // High above the block: places that views see, and whose shadows most of them do not.
+  std::size_t n = 0;
+  for (std::size_t v = 0; v < carved.active.size(); ++v) {
+    if (carved.active[v] == 0) continue;
+    const glm::ivec3 voxel = carved.topology.coordinate(static_cast<std::uint32_t>(v / kBrickVoxels)) * kBrickSide + voxel_in_brick(v);
+    const glm::dvec3 point_m = transform.world_from_index(glm::dvec3(voxel));
+    if (point_m.y > 12.0 && std::abs(point_m.x) < 10.0 && std::abs(point_m.z) < 10.0) ++n;
+  }
+  CHECK(n == 0);
+}

@@ -21,10 +21,10 @@ struct Clutter {
   double deviation = 0.0;    ///< relative deviation of pixels from the ground, robust (1.48 × median)
 };
 
-/// Looks for clutter at the bottom of the scene's box; images and box relative to the aim point. Gains are medians over
-/// views. Pixels whose surroundings are between half and twice as bright as the ground look like it; their mean over
-/// views, turned onto the plane, is the texture, smoothed by the Gaussian with which every other view predicts the
-/// remaining ones best; in two rounds, from uniform ground. Nothing where images have no background or are fewer than 6.
+/// Looks for clutter at the bottom of the scene's box; images and box relative to the aim point. Pixels whose
+/// surroundings are between half and twice as bright as the ground look like it; their mean over views, turned onto the
+/// plane, is the texture, smoothed by the Gaussian with which every other view predicts the remaining ones best. A view's
+/// gain is its mean power over that of the texture, of such pixels. In rounds, from uniform ground. Nothing where images have no background or are fewer than 6.
 ///
 /// Cost: views × cells and views × pixels, some 50 ns each, in parallel.
 std::optional<Clutter> find_clutter(std::span<const PosedImage> images, const Box& box_m);
