@@ -153,7 +153,7 @@ void GridLearner::finish(const TrainingSet& set) {
   if (!residuals) return;
   if (residuals->glints < kGlints) {
     field_.set_source_scale(source_scale_ * returned_share(field_, set));
-    residuals = find_residuals(field_, set);
+    if (residuals->share > 0.0) residuals = find_residuals(field_, set);
   }
   if (residuals->share > 0.0) field_.residuals = std::make_shared<const ViewResiduals>(*residuals);
 }

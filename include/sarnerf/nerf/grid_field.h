@@ -77,7 +77,7 @@ class GridField : public LearnedField {
   const GridTransform& transform() const { return transform_; }
   const FieldChannels& channels() const { return channels_; }
   const Occupancy& occupancy() const { return *occupancy_; }
-  double source_scale() const { return source_scale_; }
+  double source_scale() const { return source_scale_; }  ///< s
   void set_source_scale(double scale) { source_scale_ = scale; }
 
   /// Place of each active voxel in arrays over the topology: ascending.

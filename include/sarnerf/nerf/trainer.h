@@ -32,7 +32,7 @@ struct TrainerOptions {
   /// Above 0, such an error beyond so many times the prediction counts by its size, not its square (Huber): what glints in
   /// one view says little of the next. Of the clutter's own speckle of one look 2 % lie beyond 3.
   double speckle_most = 0.0;
-  int residuals = 1;  ///< 0: finish() does not look for what neighbouring views share beyond the field
+  int residuals = 1;  ///< 0: finish() does nothing
   std::uint64_t seed = 1;
 };
 
@@ -73,8 +73,8 @@ class Trainer {
   /// times its smallest value; the field is then no longer usable.
   StepReport step(double progress);
 
-  /// Adds to the field what training views show beyond it (ViewResiduals), once training is over. Another step takes it
-  /// away.
+  /// Once training is over: puts the scale of what shines right (returned_share()) and adds to the field what training
+  /// views show beyond it (ViewResiduals), where images are speckled. Another step takes both away.
   void finish();
 
   std::int64_t steps_done() const;
