@@ -106,7 +106,8 @@ void learn_surfaces(GridOptions& grid, bool several_incidences) {
 constexpr double kViewsTimesLooks = 144.0;
 
 /// Errors in proportion to brightness, thin fog, learning rates at which speckle averages out, and priors that it does
-/// not pass: in inverse proportion to what there is to average. Measured on a truck and an L-shaped building of one and
+/// not pass: in inverse proportion to what there is to average, and where that is little, to its root: few views show turning
+/// brightness in coarse steps, which strong priors level. Measured on a truck and an L-shaped building of one and
 /// four looks, and on measured chips, which glint (docs/training.md).
 void learn_from_speckle(TrainerOptions& options, const TrainingSet& set) {
   options.speckle_floor = 0.2;
@@ -116,7 +117,7 @@ void learn_from_speckle(TrainerOptions& options, const TrainingSet& set) {
   options.grid.initial_depth = 0.1;
   options.grid.source_rate = 0.03;
   const double n_looks = static_cast<double>(set.images.size()) * looks_of(set.images).value_or(1.0);
-  const double scarcity = std::clamp(kViewsTimesLooks / n_looks, 0.05, 5.0);
+  const double lack = std::clamp(kViewsTimesLooks / n_looks, 0.05, 5.0), scarcity = std::min(lack, std::sqrt(lack));
   options.grid.smooth_density = 7.5e-3 * scarcity;
   options.grid.smooth_source = 1.0 * scarcity;
   options.grid.smooth_angular = 0.8 * scarcity;
