@@ -105,18 +105,23 @@ void learn_surfaces(GridOptions& grid, bool several_incidences) {
 /// two where an impulse response makes neighbours alike.
 constexpr double kViewsTimesLooks = 144.0;
 
+/// Brightness, over the ground's, below which errors no longer count by what they are of it: what speckle leaves unsaid
+/// falls with the looks, what the field misses does not.
+constexpr double kFloorPerLook = 0.5, kMostFloor = 5.0;
+
 /// Errors in proportion to brightness, thin fog, learning rates at which speckle averages out, and priors that it does
 /// not pass: in inverse proportion to what there is to average, and where that is little, to its root: few views show turning
 /// brightness in coarse steps, which strong priors level. Measured on a truck and an L-shaped building of one and
 /// four looks, and on measured chips, which glint (docs/training.md).
 void learn_from_speckle(TrainerOptions& options, const TrainingSet& set) {
-  options.speckle_floor = 0.2;
+  const double looks = looks_of(set.images).value_or(1.0);
+  options.speckle_floor = std::min(kMostFloor, kFloorPerLook * looks);
   options.speckle_most = 3.0;
   options.ray_spacing = 1.0;
   options.final_rate = 0.05;
   options.grid.initial_depth = 0.1;
   options.grid.source_rate = 0.03;
-  const double n_looks = static_cast<double>(set.images.size()) * looks_of(set.images).value_or(1.0);
+  const double n_looks = static_cast<double>(set.images.size()) * looks;
   const double lack = std::clamp(kViewsTimesLooks / n_looks, 0.05, 5.0), scarcity = std::min(lack, std::sqrt(lack));
   options.grid.smooth_density = 7.5e-3 * scarcity;
   options.grid.smooth_source = 1.0 * scarcity;

@@ -58,6 +58,9 @@ Image<float> turned(const PosedImage& view, const Acquisition& wanted, double pl
   return interpolate_view({&view, 1}, wanted, Interpolation::rotated_linear, plane_height_m);
 }
 
+/// How far what shines does so in glints, whose residuals neighbouring views share: wholly, or little.
+double glinting(const ViewResiduals& residuals) { return std::min(1.0, residuals.glints / kGlints); }
+
 float floor_of(const ViewResiduals& residuals) { return static_cast<float>(kFloor * residuals.ground_power); }
 
 Image<float> residual_of(const PosedImage& image, const Image<float>& rendered, float floor) {
@@ -195,8 +198,7 @@ void ViewResiduals::correct(Image<float>& power, const Acquisition& wanted) cons
   double between_rad = 0.0;
   for (std::size_t k = 0; k < std::min<std::size_t>(2, near.size()); ++k)
     between_rad += angle_between(views[near[k]].acquisition, centred);
-  const double share_of_blur = std::min(1.0, glints / kGlints);
-  power = gaussian_blur(power, share_of_blur * std::min(kMostBlur_pixels, kBlurPerDegree * deg_from_rad(between_rad)));
+  power = gaussian_blur(power, glinting(*this) * std::min(kMostBlur_pixels, kBlurPerDegree * deg_from_rad(between_rad)));
   for (float& p : power.pixels()) p *= p;
 }
 
@@ -220,7 +222,8 @@ std::optional<ViewResiduals> find_residuals(const LearnedField& field, const Tra
   fit(residuals, ground);
   const double of_ground = variance(residuals, ground), of_targets = variance(residuals, targets);
   residuals.glints = std::max(0.0, of_targets - of_ground);
-  residuals.target_share = of_targets > 0.0 ? std::min(kMostShare, residuals.glints / of_targets) : 0.0;
+  if (of_targets > 0.0)
+    residuals.target_share = glinting(residuals) * std::min(kMostShare, residuals.glints / of_targets);
   add(residuals, mean);
   residuals.ground_mean = double{mean};
   residuals.share = residuals.share < kLeastShare ? 0.0 : std::min(kMostShare, kLearned * residuals.share);
