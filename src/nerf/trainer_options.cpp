@@ -123,9 +123,9 @@ void learn_from_speckle(TrainerOptions& options, const TrainingSet& set) {
   options.grid.source_rate = 0.03;
   const double n_looks = static_cast<double>(set.images.size()) * looks;
   const double lack = std::clamp(kViewsTimesLooks / n_looks, 0.05, 5.0), scarcity = std::min(lack, std::sqrt(lack));
-  options.grid.smooth_density = 7.5e-3 * scarcity;
+  options.grid.smooth_density = 1e-2 * scarcity;
   options.grid.smooth_source = 1.0 * scarcity;
-  options.grid.smooth_angular = 0.8 * scarcity;
+  options.grid.smooth_angular = 4.0 * scarcity / looks;
 }
 
 }  // namespace
