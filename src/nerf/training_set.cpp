@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <cstdlib>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/dataset/background.h"
@@ -51,8 +50,7 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
                      "with another aim point than the dataset says?");
   set.bright = mean_of_brightest(images);
   set.ground = find_bare_ground(images, set.box_m);
-  if (std::getenv("FC")) set.ground.reset();
-  if (!set.ground && (std::getenv("FC")||is_speckled(images))) set.clutter = find_clutter(images, set.box_m);
+  if (!set.ground && is_speckled(images)) set.clutter = find_clutter(images, set.box_m);
   if (set.clutter) {
     set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + height_m.value_or(0.25 * level_width_m(images)));
     for (std::size_t v = 0; v < images.size(); ++v)
