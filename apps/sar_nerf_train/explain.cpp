@@ -6,6 +6,7 @@
 #include <set>
 
 #include "sarnerf/core/format.h"
+#include "sarnerf/dataset/background.h"
 
 #include "values.h"
 
@@ -25,22 +26,20 @@ std::string sizes_text(const std::vector<DatasetView>& views) {
 
 /// What the images show around the scene, and what follows.
 std::string background_text(const TrainingSet& set) {
-  if (set.clutter)
-    return format("speckle over level ground, %.3g m above the aim point: rays end on it, errors count in proportion to "
-                  "brightness, matter may be up to %.3g m above it (--scene-height)",
-                  set.clutter->ground->height_m, set.box_m.max.y - set.clutter->ground->height_m);
-  if (!set.ground)
+  if (!set.clutter)
     return has_background(set.images) ? "returns power, but is no level ground of clear texture: nothing is carved"
                                       : "dark: what lies in front of the first returns is empty";
-  std::uint64_t n_bare = 0, n = 0;
-  for (const Image<std::uint8_t>& bare : set.ground->bare) {
-    n += bare.pixels().size();
-    for (const std::uint8_t b : bare.pixels()) n_bare += b;
+  const Clutter& clutter = *set.clutter;
+  std::uint64_t n_like = 0, n = 0;
+  for (const Image<std::uint8_t>& like : clutter.like_ground) {
+    n += like.pixels().size();
+    for (const std::uint8_t l : like.pixels()) n_like += l;
   }
-  char height[32];
-  std::snprintf(height, sizeof height, "%.3g m", set.ground->height_m);
-  return std::string("level ground, ") + height + " above the aim point, alone in " + std::to_string(100 * n_bare / n) +
-         " % of the pixels: space over it is empty";
+  return format("level ground%s, %.3g m above the aim point, alone in %.0f %% of the pixels: rays end on it, errors count in "
+                "proportion to brightness, matter may be up to %.3g m above it%s",
+                clutter.speckled ? " under speckle" : "", clutter.ground->height_m,
+                100.0 * static_cast<double>(n_like) / static_cast<double>(n), set.box_m.max.y - clutter.ground->height_m,
+                clutter.speckled ? " (--scene-height)" : "");
 }
 
 }  // namespace

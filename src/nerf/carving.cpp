@@ -6,7 +6,7 @@
 #include <limits>
 #include <span>
 
-#include "ground_views.h"
+#include "median_ground.h"
 #include "sarnerf/core/parallel.h"
 
 namespace sarnerf {
@@ -16,15 +16,11 @@ namespace {
 /// carved.
 constexpr double kZero = 1e-6;
 
-/// Views that must show bare ground where a place would be: one may be a coincidence.
-constexpr int kBareViews = 2;
-
 /// What a view says about space.
 struct Witness {
   Acquisition acquisition;
   RadarFrame frame;
   std::vector<double> first_offset_m;  ///< [n_azimuth] range offset from which on a row, or one next to it, returns power
-  Image<std::uint8_t> bare;            ///< pixels that show bare ground, with all around them; or of no size
 };
 
 std::vector<double> first_returns(const PosedImage& image, double zero_level) {
@@ -47,30 +43,14 @@ std::vector<double> first_returns(const PosedImage& image, double zero_level) {
   return first;
 }
 
-/// Pixels that are marked with all their neighbours.
-Image<std::uint8_t> eroded(const Image<std::uint8_t>& marked) {
-  Image<std::uint8_t> inner = marked;
-  for (int i = 0; i < marked.n_azimuth(); ++i) {
-    for (int j = 0; j < marked.n_range(); ++j) {
-      if (marked(i, j) != 0) continue;
-      for (int ni = std::max(0, i - 1); ni <= std::min(marked.n_azimuth() - 1, i + 1); ++ni)
-        for (int nj = std::max(0, j - 1); nj <= std::min(marked.n_range() - 1, j + 1); ++nj) inner(ni, nj) = 0;
-    }
-  }
-  return inner;
-}
-
 std::vector<Witness> witnesses(const TrainingSet& set) {
   std::vector<Witness> views;
-  for (std::size_t v = 0; v < set.images.size(); ++v) {
-    const PosedImage& image = set.images[v];
-    views.push_back({image.acquisition, radar_frame(image.acquisition), first_returns(image, kZero * double{set.peak}),
-                     set.ground ? eroded(set.ground->bare[v]) : Image<std::uint8_t>()});
-  }
+  for (const PosedImage& image : set.images)
+    views.push_back({image.acquisition, radar_frame(image.acquisition), first_returns(image, kZero * double{set.peak})});
   return views;
 }
 
-enum class Evidence { none, maybe, bare, empty };
+enum class Evidence { none, maybe, empty };
 
 /// What one view says about a place: nothing where it lies outside of the swath.
 Evidence evidence(const Witness& view, const glm::dvec3& point_m, double margin_m) {
@@ -80,21 +60,18 @@ Evidence evidence(const Witness& view, const glm::dvec3& point_m, double margin_
   if (i < 0 || i >= a.n_azimuth) return Evidence::none;
   if (p.range_offset_m < a.bin_offset_m(-0.5) || p.range_offset_m > a.bin_offset_m(a.n_range - 0.5))
     return Evidence::none;
-  if (p.range_offset_m + margin_m < view.first_offset_m[static_cast<std::size_t>(i)]) return Evidence::empty;
-  if (view.bare.n_range() == 0) return Evidence::maybe;
-  const double j = std::round(p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1));
-  return view.bare(i, std::clamp(static_cast<int>(j), 0, a.n_range - 1)) != 0 ? Evidence::bare : Evidence::maybe;
+  return p.range_offset_m + margin_m < view.first_offset_m[static_cast<std::size_t>(i)] ? Evidence::empty : Evidence::maybe;
 }
 
-/// Whether views see the place, `least_views` of them, and none, or no two by their bare ground, see it empty.
-bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, double margin_m, int least_views) {
-  int n_bare = 0, n_maybe = 0;
+/// Whether a view sees the place, and none sees it empty.
+bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, double margin_m) {
+  bool seen = false;
   for (const Witness& view : views) {
     const Evidence e = evidence(view, point_m, margin_m);
-    if (e == Evidence::empty || (e == Evidence::bare && ++n_bare == kBareViews)) return false;
-    n_maybe += e == Evidence::maybe ? 1 : 0;
+    if (e == Evidence::empty) return false;
+    seen |= e == Evidence::maybe;
   }
-  return n_maybe >= least_views;
+  return seen;
 }
 
 /// Share of the views that show clutter alone where a place, and the ground in its shadow, would be: matter there would
@@ -147,14 +124,9 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform) {
   const glm::ivec3 last = glm::ivec3(glm::ceil(transform.index_from_world(set.box_m.max)));
   const glm::ivec3 first = glm::ivec3(glm::floor(transform.index_from_world(set.box_m.min))) - glm::ivec3(0, 1, 0);
   const glm::ivec3 first_brick = brick_of_voxel(first), n = brick_of_voxel(last) - first_brick + 1;
-  // Bare ground tells nothing of places that hardly any view sees, above the borders of the swaths.
-  const int n_views = static_cast<int>(set.images.size());
-  const int least_views = set.ground ? std::max(kBareViews + 1, n_views / 4) : 1;
   const auto may_be_active = [&](const glm::dvec3& point_m) {
     if (set.clutter) return point_m.y > set.clutter->ground->height_m && clutter_lets(set, views, point_m);
-    if (!set.ground || point_m.y > set.ground->height_m) return may_hold_matter(views, point_m, margin_m, least_views);
-    return point_m.y > set.ground->height_m - transform.voxel_size_m &&
-           set.ground->texture_at(point_m.x, point_m.z) > 0.0;
+    return may_hold_matter(views, point_m, margin_m);
   };
   const auto n_bricks = static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);
   std::vector<std::vector<std::uint8_t>> kept(n_bricks);

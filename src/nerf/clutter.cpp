@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ground_views.h"
+#include "median_ground.h"
 #include "sarnerf/core/gaussian_blur.h"
 #include "sarnerf/core/parallel.h"
 
@@ -15,6 +15,9 @@ using Views = std::span<const PosedImage>;
 
 /// Rounds of telling what looks like ground, and the ground's texture from that.
 constexpr int kRounds = 4;
+
+/// Of pixels from the median ground, where images are not speckled: relief, hedges and the like deviate more.
+constexpr double kMostDeviation = 0.2;
 
 /// Standard deviations (cells) of smoothing that are tried; beyond the last, the ground is uniform.
 constexpr double kSmoothings[] = {1.0, 2.0, 4.0, 8.0, 16.0};
@@ -30,7 +33,7 @@ struct Texture {
   Image<float> mean, n_views;
 };
 
-Texture texture_of(Views images, const BareGround& ground, std::span<const Image<std::uint8_t>> like, std::size_t first,
+Texture texture_of(Views images, const MedianGround& ground, std::span<const Image<std::uint8_t>> like, std::size_t first,
                    std::size_t step) {
   std::vector<RadarFrame> frames;
   for (const PosedImage& image : images) frames.push_back(radar_frame(image.acquisition));
@@ -69,7 +72,7 @@ double weighted_mean(const Texture& texture) {
 
 /// Mean brightness of the ground over its gain, by the median of means over squares of pixels: most of them hold nothing
 /// else, and their mean is not darkened by speckle as single pixels' median is.
-double usual_mean(Views images, const BareGround& ground) {
+double usual_mean(Views images, const MedianGround& ground) {
   constexpr int kSquare = 12;
   std::vector<double> means;
   for (std::size_t v = 0; v < images.size(); ++v) {
@@ -114,7 +117,7 @@ Image<float> smoothed(const Texture& texture, double sigma, double otherwise) {
 /// The texture, smoothed as half of the views predict the other half best.
 ///
 /// Its mean is made the usual one: looking like ground is a choice, and pixels that happen to be bright do so less often.
-Image<float> smoothed_texture(Views images, const BareGround& ground, std::span<const Image<std::uint8_t>> like,
+Image<float> smoothed_texture(Views images, const MedianGround& ground, std::span<const Image<std::uint8_t>> like,
                               double usual) {
   const Texture all = texture_of(images, ground, like, 0, 1), even = texture_of(images, ground, like, 0, 2),
                 odd = texture_of(images, ground, like, 1, 2);
@@ -197,8 +200,10 @@ void share_gains(Views images, std::span<const double> gain, LevelGround& ground
 }  // namespace
 
 std::optional<Clutter> find_clutter(Views images, const Box& box_m) {
-  std::optional<BareGround> found = estimated_ground(images, box_m);
+  std::optional<MedianGround> found = median_ground(images, box_m);
   if (!found) return {};
+  const bool speckled = is_speckled(images);
+  if (!speckled && !(found->deviation < kMostDeviation)) return {};
   auto ground = std::make_shared<LevelGround>();
   ground->height_m = found->height_m;
   ground->cell_m = found->cell_m;
@@ -206,6 +211,7 @@ std::optional<Clutter> find_clutter(Views images, const Box& box_m) {
   ground->first_z_m = found->first_z_m;
   Clutter clutter;
   clutter.deviation = found->deviation;
+  clutter.speckled = speckled;
   share_gains(images, found->gain, *ground, clutter.gain);
   // The usual brightness tells first what looks like ground; gains and the texture of that then tell better.
   double usual = usual_mean(images, *found);

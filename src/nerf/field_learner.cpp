@@ -10,8 +10,6 @@ namespace sarnerf {
 std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options) {
   if (options.field == "grid")
     return std::make_unique<GridLearner>(set, options.grid, options.rows_per_step);
-  if (options.field == "mlp" && set.clutter)
-    throw UsageError("--field mlp does not learn speckled images with a ground; use --field grid");
   if (options.field == "mlp") return std::make_unique<MlpLearner>(set, options.mlp, options.seed);
   throw UsageError("there is no field '" + options.field + "'; there are: grid, mlp");
 }

@@ -22,9 +22,6 @@ constexpr std::size_t kRowsOfPass = 1000;
 /// once, and shows little where little has been learned.
 constexpr double kRowsLearned = 3.0;
 
-/// Share of the learning rates at which a level ground is learned, which begins as the images show it.
-constexpr float kGroundShare = 0.2f;
-
 /// Where residuals of what shines vary by more than so much beyond the ground's, single glints make up its power.
 constexpr double kGlints = 0.1;
 
@@ -36,7 +33,6 @@ constexpr double kMostDepth = 40.0;
 GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step)
     : options_(options), rows_per_step_(rows_per_step), field_(initial_grid_field(set, options)),
       source_scale_(field_.source_scale()), adam_(field_) {
-  if (set.ground) ground_height_m_ = set.ground->height_m;
 }
 
 bool GridLearner::adapt(double progress, const TrainingSet& set, const RaySampling& sampling) {
@@ -116,17 +112,9 @@ std::vector<float> GridLearner::shares() const {
   const float* d = field_.log_depth.grad().data_ptr<float>();
   const float* c = field_.coefficients.grad().data_ptr<float>();
   const auto n_source = static_cast<std::size_t>(field_.channels().n_source());
-  const GridTransform& transform = field_.transform();
   std::vector<float> shares(field_.n_active());
-  for (std::size_t n = 0; n < shares.size(); ++n) {
-    if (d[n] == 0.0f && c[n * n_source] == 0.0f) continue;
-    shares[n] = 1.0f;
-    if (!ground_height_m_) continue;
-    const std::uint32_t voxel = field_.active_voxels()[n];
-    const int y = field_.topology().coordinate(voxel / kBrickVoxels).y * kBrickSide + voxel_in_brick(voxel).y;
-    if (transform.origin_m.y + transform.voxel_size_m * y <= *ground_height_m_ + 0.25 * transform.voxel_size_m)
-      shares[n] = kGroundShare;
-  }
+  for (std::size_t n = 0; n < shares.size(); ++n)
+    if (d[n] != 0.0f || c[n * n_source] != 0.0f) shares[n] = 1.0f;
   return shares;
 }
 

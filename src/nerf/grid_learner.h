@@ -35,7 +35,7 @@ class GridLearner : public FieldLearner {
   /// What was derived from which voxels there are.
   void forget_layout();
   void add_smoothness(std::span<const float> shares);
-  /// Shares of the learning rates: 0 for voxels that no ray of the batch met, which have no gradients of the loss.
+  /// Shares of the learning rates: 1, and 0 for voxels that no ray of the batch met, which have no gradients of the loss.
   std::vector<float> shares() const;
 
   GridOptions options_;
@@ -43,7 +43,6 @@ class GridLearner : public FieldLearner {
   GridField field_;
   double source_scale_;  ///< while learning
   VoxelAdam adam_;
-  std::optional<double> ground_height_m_;
   std::optional<Neighbourhood> neighbours_;  ///< of the present voxels, once it was asked for
   std::optional<RowsOfPass> pass_;           ///< likewise
   double progress_ = 0.0;               ///< that adapt() was told last

@@ -39,39 +39,6 @@ RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_
   return pass;
 }
 
-namespace {
-
-/// Over the isotropic brightness γ an opaque level ground returns γ cot θ: so many rays meet it in a range bin.
-double mean_tangent(const TrainingSet& set) {
-  double sum = 0.0;
-  for (const PosedImage& image : set.images) sum += std::tan(image.acquisition.incidence_rad);
-  return sum / static_cast<double>(set.images.size());
-}
-
-/// Voxels at and below the set's ground begin as opaque as told, and as bright as it is.
-void lay_ground(const TrainingSet& set, const GridTransform& transform, const CarvedVoxels& carved, double depth,
-                torch::Tensor& log_depth, torch::Tensor& coefficients) {
-  const BareGround& ground = *set.ground;
-  const double gain = std::accumulate(ground.gain.begin(), ground.gain.end(), 0.0) / static_cast<double>(ground.gain.size());
-  const double coefficient = std::sqrt(4.0 * std::numbers::pi) * gain * mean_tangent(set) / double{set.bright};
-  auto a = log_depth.accessor<float, 1>();
-  auto b = coefficients.accessor<float, 2>();
-  std::int64_t n = 0;
-  for (std::size_t v = 0; v < carved.active.size(); ++v) {
-    if (carved.active[v] == 0) continue;
-    const glm::ivec3 in_brick = voxel_in_brick(v);
-    const glm::ivec3 voxel = carved.topology.coordinate(static_cast<std::uint32_t>(v / kBrickVoxels)) * kBrickSide + in_brick;
-    const glm::dvec3 point_m = transform.world_from_index(glm::dvec3(voxel));
-    if (point_m.y <= ground.height_m) {
-      a[n] = static_cast<float>(std::log(depth));
-      b[n][0] = static_cast<float>(coefficient * ground.texture_at(point_m.x, point_m.z));
-    }
-    ++n;
-  }
-}
-
-}  // namespace
-
 GridField initial_grid_field(const TrainingSet& set, const GridOptions& options) {
   const GridTransform transform =
       grid_transform(set, options.voxel_size_m * std::exp2(options.n_levels - 1));
@@ -81,8 +48,7 @@ GridField initial_grid_field(const TrainingSet& set, const GridOptions& options)
   const auto n = std::count(carved.active.begin(), carved.active.end(), std::uint8_t{1});
   auto coefficients = torch::zeros({n, field.channels().n_source()});
   coefficients.select(1, 0).fill_(options.initial_brightness * std::sqrt(4.0 * std::numbers::pi));
-  torch::Tensor log_depth = torch::full({n}, std::log(options.initial_depth));
-  if (set.ground) lay_ground(set, transform, carved, options.ground_depth, log_depth, coefficients);
+  const torch::Tensor log_depth = torch::full({n}, std::log(options.initial_depth));
   field.set_voxels(std::move(carved.topology), carved.active, log_depth, coefficients);
   return field;
 }

@@ -110,7 +110,9 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
     if (layer.name == "s")
       network.bias(layer).fill_(std::log(std::expm1(options.initial_brightness)));
   }
-  return MlpField(std::move(network), meaning, transform, std::move(carved));
+  MlpField field(std::move(network), meaning, transform, std::move(carved));
+  if (set.clutter) field.ground = set.clutter->ground;
+  return field;
 }
 
 }  // namespace sarnerf

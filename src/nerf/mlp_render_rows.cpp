@@ -18,7 +18,7 @@ constexpr std::size_t kRowsAtATime = 8;
 /// What the backward pass needs of the forward one.
 struct Pass : torch::CustomClassHolder {
   Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const MlpField& field)
-      : segments(rows, sampling, field.cache()), integrator(field.meaning().integrator) {}
+      : segments(rows, sampling, field.cache(), field.ground), integrator(field.meaning().integrator) {}
 
   RowSegments segments;
   Integrator integrator;

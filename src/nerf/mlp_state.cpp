@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "archive_text.h"
+#include "ground_archive.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/mlp_field.h"
 #include "voxel_archive.h"
@@ -20,6 +21,7 @@ Archive MlpField::state() const {
   const std::vector<float> extinction = cache_.extinction_per_m();
   archive.tensors["extinction"] = torch::tensor(extinction);
   archive.tensors["parameters"] = network_.parameters.detach().clone();
+  if (ground) add_ground(archive, *ground);
   const MlpShape& s = network_.shape;
   add_text(archive, "field",
            {{"kind", kind()},
@@ -90,6 +92,7 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
           "voxels and their extinctions are not as many");
   field.restore_cache({extinction.data_ptr<float>(), field.cache().n_voxels()},
                       number("least_depth"));
+  field.ground = ground_of(archive, where);
   return field;
 }
 

@@ -9,14 +9,11 @@
 namespace sarnerf {
 namespace {
 
-constexpr int kStandingTurns = 3;
-
 /// In [0, 1), the same on every platform.
 double unit_random(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 /// Fisher and Yates; std::shuffle differs from library to library.
-template <class Entry>
-void shuffle(std::vector<Entry>& rows, std::mt19937_64& random) {
+void shuffle(std::vector<RowReference>& rows, std::mt19937_64& random) {
   for (std::size_t n = rows.size(); n > 1; --n)
     std::swap(rows[n - 1], rows[static_cast<std::size_t>(unit_random(random) * static_cast<double>(n))]);
 }
@@ -24,12 +21,7 @@ void shuffle(std::vector<Entry>& rows, std::mt19937_64& random) {
 }  // namespace
 
 void RowQueue::keep_rows_that_see(const TrainingSet& set, const LearnedField& field) {
-  rows_.clear();
-  for (const RowReference& row : rows_that_see(set, field.occupied_box_m())) rows_.push_back({row, set.clutter.has_value()});
-  if (set.ground) {
-    for (const RowReference& row : rows_that_see(set, field.standing_box_m(set.ground->height_m)))
-      rows_.insert(rows_.end(), kStandingTurns, {row, true});
-  }
+  rows_ = rows_that_see(set, field.occupied_box_m());
   next_ = rows_.size();
 }
 
@@ -38,18 +30,17 @@ RowQueue::Draw RowQueue::next() {
     shuffle(rows_, random_);
     next_ = 0;
   }
-  const Entry entry = rows_[next_++];
+  const RowReference row = rows_[next_++];
   const double along_track = unit_random(random_);
-  return {entry.row, entry.standing, along_track, unit_random(random_)};
+  return {row, along_track, unit_random(random_)};
 }
 
 void RowQueue::save(Archive& archive) const {
-  torch::Tensor rows = torch::empty({static_cast<std::int64_t>(rows_.size()), 3}, torch::kLong);
+  torch::Tensor rows = torch::empty({static_cast<std::int64_t>(rows_.size()), 2}, torch::kLong);
   auto* out = rows.data_ptr<std::int64_t>();
-  for (const Entry& entry : rows_) {
-    *out++ = entry.row.view;
-    *out++ = entry.row.row;
-    *out++ = entry.standing ? 1 : 0;
+  for (const RowReference& row : rows_) {
+    *out++ = row.view;
+    *out++ = row.row;
   }
   archive.tensors["rows"] = rows;
   std::ostringstream random;
@@ -59,12 +50,12 @@ void RowQueue::save(Archive& archive) const {
 
 void RowQueue::restore(const Archive& archive, const std::string& where) {
   const torch::Tensor rows = archive.tensor("rows", torch::kLong, 2, where).contiguous();
-  if (rows.size(1) != 3) throw CheckpointError(where + ": the order of the rows is damaged");
+  if (rows.size(1) != 2) throw CheckpointError(where + ": the order of the rows is damaged");
   const Json text = text_of(archive, "row_queue", where);
   rows_.clear();
   const auto* in = rows.data_ptr<std::int64_t>();
-  for (std::int64_t n = 0; n < rows.size(0); ++n, in += 3)
-    rows_.push_back({{static_cast<std::uint32_t>(in[0]), static_cast<std::uint32_t>(in[1])}, in[2] != 0});
+  for (std::int64_t n = 0; n < rows.size(0); ++n, in += 2)
+    rows_.push_back({static_cast<std::uint32_t>(in[0]), static_cast<std::uint32_t>(in[1])});
   next_ = member<std::size_t>(text, "next", where);
   std::istringstream random(member<std::string>(text, "random", where));
   if (!(random >> random_) || next_ > rows_.size())

@@ -10,13 +10,11 @@
 
 namespace sarnerf {
 
-/// Azimuth rows of all views in random order: each comes once before any comes again. Over a level ground, which has
-/// less to teach than what stands on it, the parts of rows that show that come three times more.
+/// Azimuth rows of all views in random order: each comes once before any comes again.
 class RowQueue {
  public:
   struct Draw {
     RowReference row;
-    bool standing;                          ///< only the part that shows what stands on a level ground
     double along_track_jitter, fan_jitter;  ///< in [0, 1)
   };
 
@@ -36,11 +34,7 @@ class RowQueue {
 
  private:
   std::mt19937_64 random_;
-  struct Entry {
-    RowReference row;
-    bool standing;
-  };
-  std::vector<Entry> rows_;
+  std::vector<RowReference> rows_;
   std::size_t next_ = 0;
 };
 

@@ -29,8 +29,7 @@ RowRenderer::RowRenderer(const BrickView<const float>& values, const FieldChanne
       box_m_(occupied_box(occupancy, values.transform)),
       ground_(ground),
       memory_(memory ? std::move(memory) : std::make_shared<RowMemory>()) {
-  // Rays end on the ground.
-  if (ground_ != nullptr && !box_m_.empty()) box_m_.min.y = std::max(box_m_.min.y, ground_->height_m);
+  if (ground_ != nullptr) end_at(*ground_, box_m_);
 }
 
 RowRenderer::~RowRenderer() = default;
@@ -139,19 +138,13 @@ void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<con
 }
 
 Box occupied_box(const Occupancy& occupancy, const GridTransform& transform) {
-  return standing_box(occupancy, transform, -std::numeric_limits<double>::infinity());
-}
-
-Box standing_box(const Occupancy& occupancy, const GridTransform& transform, double height_m) {
   Box box;
   const BrickTopology& bricks = occupancy.bricks();
   for (std::uint32_t brick = 0; brick < bricks.n_bricks(); ++brick) {
     const auto cells = occupancy.cell_box(brick);
     const glm::ivec3 origin = bricks.coordinate(brick) * kBrickSide;
-    const glm::dvec3 high_m = transform.world_from_index(glm::dvec3(origin + cells.last + 1));
-    if (high_m.y <= height_m + 2.0 * transform.voxel_size_m) continue;
     box.include(transform.world_from_index(glm::dvec3(origin + cells.first)));
-    box.include(high_m);
+    box.include(transform.world_from_index(glm::dvec3(origin + cells.last + 1)));
   }
   return box;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ray_distortion.h"
+#include "row_ground.h"
 #include "row_part.h"
 #include "row_pixels.h"
 #include "row_rays.h"
@@ -41,8 +42,8 @@ void cut(const RayGrid& rays, double along_track_m, int k, double near, double f
 }  // namespace
 
 RowSegments::RowSegments(std::span<const RowRequest> rows, const RaySampling& sampling,
-                         const DensityCache& cache)
-    : sampling_(sampling), n_pixels_(sarnerf::n_pixels(rows)) {
+                         const DensityCache& cache, std::shared_ptr<const LevelGround> ground)
+    : sampling_(sampling), ground_(std::move(ground)), n_pixels_(sarnerf::n_pixels(rows)) {
   const std::size_t n_parts =
       std::max<std::size_t>(1, std::min(rows.size(), static_cast<std::size_t>(thread_count())));
   parts_.resize(n_parts);
@@ -74,7 +75,8 @@ RowSegments::~RowSegments() = default;
 
 void RowSegments::place(std::span<const RowRequest> rows, const DensityCache& cache,
                         RowPart& part) const {
-  const Box box_m = occupied_box(cache.occupancy(), cache.transform());
+  Box box_m = occupied_box(cache.occupancy(), cache.transform());
+  if (ground_) end_at(*ground_, box_m);
   VolumeMarcher marcher(cache.view(), DensityCache::channels(), cache.occupancy(),
                         cache.transform().voxel_size_m, sampling_.end_depth);
   SampleBatch coarse;
@@ -92,6 +94,7 @@ void RowSegments::place(std::span<const RowRequest> rows, const DensityCache& ca
       if (first == end) continue;
       const MarchRay& ray = row.rays[q];
       begin_ray(part.batch, row.grid, ray.row, ray.k);
+      part.ray_k.push_back(static_cast<std::uint32_t>(ray.k));
       double near = coarse_field.near_bin[first], far = near;
       for (std::size_t s = first; s < end; ++s) {
         if (coarse_field.near_bin[s] > far + kGap_bins) {
@@ -135,6 +138,7 @@ void RowSegments::integrate(std::span<const float> extinction_per_m,
       const auto n_range = static_cast<std::size_t>(row.acquisition.n_range);
       row_pixels(part, row, samples(part.field, SourceBasis::harmonics), integrator, sampling_,
                  out.first(n_range));
+      if (ground_) add_ground(part, row, *ground_, sampling_, out.first(n_range));
       out = out.subspan(n_range);
     }
   });
@@ -152,6 +156,7 @@ void RowSegments::adjoint(std::span<const float> pixel_gradients, Integrator int
       const auto n_range = static_cast<std::size_t>(row.acquisition.n_range);
       row_pixels_adjoint(part, row, samples(part.field, SourceBasis::harmonics), integrator,
                          sampling_, gradients.first(n_range));
+      if (ground_) add_ground_adjoint(part, row, *ground_, sampling_, gradients.first(n_range));
       gradients = gradients.subspan(n_range);
     }
     if (sampling_.distortion > 0.0) {

@@ -52,9 +52,9 @@ struct Trainer::State {
   void look_at_field(bool resume) {
     if (!resume) queue.keep_rows_that_see(set, learner->field());
     standing.clear();
-    if (!set.ground && !set.clutter) return;
-    const double height_m = set.ground ? set.ground->height_m : set.clutter->ground->height_m;
-    const Box box_m = set.ground ? learner->field().standing_box_m(height_m) : learner->field().occupied_box_m();
+    if (!set.clutter) return;
+    const double height_m = set.clutter->ground->height_m;
+    const Box box_m = learner->field().occupied_box_m();
     for (const PosedImage& image : set.images) standing.push_back(standing_view(image.acquisition, box_m, height_m));
   }
 
@@ -105,7 +105,7 @@ StepReport Trainer::step(double progress) {
     const auto i = static_cast<int>(draw.row.row);
     RowRequest request{image.acquisition, i, draw.along_track_jitter, draw.fan_jitter};
     StandingView part{request.least_angle_rad, request.most_angle_rad, 0, image.power.n_range()};
-    if (draw.standing) part = s.standing[draw.row.view];
+    if (s.set.clutter) part = s.standing[draw.row.view];
     request.least_angle_rad = part.least_angle_rad;
     request.most_angle_rad = part.most_angle_rad;
     rows.push_back(request);

@@ -23,7 +23,6 @@ void for_each_grid_option(Options& o, Visit&& visit) {
   visit("source_rate", o.source_rate);
   visit("initial_depth", o.initial_depth);
   visit("initial_brightness", o.initial_brightness);
-  visit("ground_depth", o.ground_depth);
   visit("prune_from", o.prune_from);
   visit("prune_depth", o.prune_depth);
   visit("prune_exposure", o.prune_exposure);
@@ -107,13 +106,13 @@ constexpr double kViewsTimesLooks = 144.0;
 
 /// Brightness, over the ground's, below which errors no longer count by what they are of it: what speckle leaves unsaid
 /// falls with the looks, what the field misses does not.
-constexpr double kFloorPerLook = 0.5, kMostFloor = 5.0;
+constexpr double kFloorPerLook = 0.5, kMostFloor = 3.0;
 
 /// Errors in proportion to brightness, thin fog, learning rates at which speckle averages out, and priors that it does
 /// not pass: in inverse proportion to what there is to average, and where that is little, to its root: few views show turning
 /// brightness in coarse steps, which strong priors level. Measured on a truck and an L-shaped building of one and
 /// four looks, and on measured chips, which glint (docs/training.md).
-void learn_from_speckle(TrainerOptions& options, const TrainingSet& set) {
+void learn_over_ground(TrainerOptions& options, const TrainingSet& set) {
   const double looks = looks_of(set.images).value_or(1.0);
   options.speckle_floor = std::min(kMostFloor, kFloorPerLook * looks);
   options.speckle_most = 3.0;
@@ -122,8 +121,8 @@ void learn_from_speckle(TrainerOptions& options, const TrainingSet& set) {
   options.grid.initial_depth = 0.1;
   options.grid.source_rate = 0.03;
   const double n_looks = static_cast<double>(set.images.size()) * looks;
-  const double lack = std::clamp(kViewsTimesLooks / n_looks, 0.05, 5.0), scarcity = std::min(lack, std::sqrt(lack));
-  options.grid.smooth_density = 1e-2 * scarcity;
+  const double lack = std::min(kViewsTimesLooks / n_looks, 5.0), scarcity = std::min(lack, std::sqrt(lack));
+  options.grid.smooth_density = std::max(options.grid.smooth_density, 1e-2 * scarcity);
   options.grid.smooth_source = 1.0 * scarcity;
   options.grid.smooth_angular = 4.0 * scarcity / looks;
 }
@@ -148,8 +147,8 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.grid.initial_depth = 0.2;
     options.final_distortion = 0.05;
   }
-  if (set.clutter) learn_from_speckle(options, set);
-  if (has_background(set.images) && !set.ground && !set.clutter) {
+  if (set.clutter) learn_over_ground(options, set);
+  if (has_background(set.images) && !set.clutter) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
     options.grid.initial_depth = 0.01;
     options.grid.n_levels = 3;
@@ -170,7 +169,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   return options;
 }
 
-std::int64_t default_steps(const TrainingSet& set) { return set.ground || set.clutter ? 600 : 1000; }
+std::int64_t default_steps(const TrainingSet& set) { return set.clutter ? 600 : 1000; }
 
 std::string options_json(const TrainerOptions& options) {
   Json json = Json::object();

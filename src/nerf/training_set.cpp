@@ -6,7 +6,6 @@
 #include <functional>
 
 #include "sarnerf/core/error.h"
-#include "sarnerf/dataset/background.h"
 
 namespace sarnerf {
 namespace {
@@ -49,10 +48,10 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
     throw InputError("all pixels of the images to learn from are 0: there is nothing to learn; were they rendered "
                      "with another aim point than the dataset says?");
   set.bright = mean_of_brightest(images);
-  set.ground = find_bare_ground(images, set.box_m);
-  if (!set.ground && is_speckled(images)) set.clutter = find_clutter(images, set.box_m);
+  set.clutter = find_clutter(images, set.box_m);
   if (set.clutter) {
-    set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + height_m.value_or(0.25 * level_width_m(images)));
+    if (set.clutter->speckled || height_m)
+      set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + height_m.value_or(0.25 * level_width_m(images)));
     for (std::size_t v = 0; v < images.size(); ++v)
       for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / set.clutter->gain[v]);
   }

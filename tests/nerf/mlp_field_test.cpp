@@ -164,3 +164,36 @@ TEST_CASE("a slow BLAS is told of, a fast one is not") {
   CHECK(slow_blas_warning(4.5).find("OPENBLAS_CORETYPE") != std::string::npos);
   CHECK(slow_blas_warning(120.0).empty());
 }
+
+TEST_CASE("a field mlp over level ground shows and shades it and its gradients agree with central differences") {
+  MlpField field = small_mlp(36);
+  field.use_kernel(MlpKernel::plain);
+  const auto rows = some_rows();
+  const RaySampling sampling = small_sampling();
+  auto ground = std::make_shared<LevelGround>();
+  ground->height_m = -2.0;
+  ground->texture = Image<float>(3, 3, 0.5f);
+  ground->incidence_rad = {0.7};
+  ground->gain = {1.0};
+  field.ground = ground;
+  const torch::Tensor pixels = field.render_rows(rows, sampling);
+  const torch::Tensor gradient = torch::autograd::grad({pixels.sum()}, {field.network().parameters})[0];
+  const torch::Tensor direction = gradient / gradient.norm();
+
+  const torch::NoGradGuard no_grad;
+  field.ground = nullptr;
+  CHECK((pixels - field.render_rows(rows, sampling)).max().item<float>() == Approx(0.5).epsilon(1e-4));
+  CHECK((pixels - field.render_rows(rows, sampling)).min().item<float>() < 0.45f);
+  field.ground = ground;
+  const MlpField again = restore_mlp_field(field.state(), "test");
+  REQUIRE(again.ground != nullptr);
+  CHECK(again.ground->texture_at(0.0, 0.0) == Approx(0.5));
+  constexpr double kStep = 2e-4;
+  const auto moved = [&](double step) {
+    field.network().parameters.add_(direction, step);
+    const double value = field.render_rows(rows, sampling).to(torch::kDouble).sum().item<double>();
+    field.network().parameters.sub_(direction, step);
+    return value;
+  };
+  CHECK((moved(kStep) - moved(-kStep)) / (2.0 * kStep) == Approx(gradient.norm().item<double>()).epsilon(0.01));
+}

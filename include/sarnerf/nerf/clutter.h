@@ -13,18 +13,22 @@
 
 namespace sarnerf {
 
-/// A level ground whose images scatter: speckle. Single pixels tell nothing there, means over views and places do.
+/// A level ground that images show around what stands on it, with or without speckle: under it, single pixels tell nothing,
+/// means over views and places do.
 struct Clutter {
   std::shared_ptr<const LevelGround> ground;
   std::vector<double> gain;  ///< of each view, over that of the ground at its incidence
   std::vector<Image<std::uint8_t>> like_ground;  ///< of each view: pixels whose surroundings are as bright as the ground
   double deviation = 0.0;    ///< relative deviation of pixels from the ground, robust (1.48 × median)
+  bool speckled = false;     ///< is_speckled()
 };
 
 /// Looks for clutter at the bottom of the scene's box; images and box relative to the aim point. Pixels whose
 /// surroundings are between half and twice as bright as the ground look like it; their mean over views, turned onto the
 /// plane, is the texture, smoothed by the Gaussian with which every other view predicts the remaining ones best. A view's
-/// gain is its mean power over that of the texture, of such pixels. In rounds, from uniform ground. Nothing where images have no background or are fewer than 6.
+/// gain is its mean power over that of the texture, of such pixels. In rounds, from uniform
+/// ground. Nothing where images have no background or are fewer than 6, or are not speckled and half of their pixels deviate from
+/// the median of the views, turned onto the plane, by more than a fifth: relief, hedges.
 ///
 /// Cost: views × cells and views × pixels, some 50 ns each, in parallel.
 std::optional<Clutter> find_clutter(std::span<const PosedImage> images, const Box& box_m);

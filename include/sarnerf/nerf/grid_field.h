@@ -27,7 +27,6 @@ struct GridOptions {
   int harmonics_degree = 2;
   double density_rate = 0.3, source_rate = 0.05;  ///< largest learning rates of a and b_lm
   double initial_depth = 0.3;       ///< two-way optical depth of a voxel to begin with
-  double ground_depth = 10.0;       ///< the same of the voxels of a level ground, where the images show one
   double initial_brightness = 0.3;  ///< of the scale
   double prune_depth = 0.03;        ///< voxels of less two-way depth are given up
   double prune_exposure = 1e-4;     ///< those that return less of their brightness, in pixels a view, too
@@ -67,7 +66,6 @@ class GridField : public LearnedField {
                    std::span<float> pixels) const override;
   std::vector<torch::Tensor> parameters() const override { return {log_depth, coefficients}; }
   Box occupied_box_m() const override { return occupied_box(*occupancy_, transform_); }
-  Box standing_box_m(double height_m) const override { return standing_box(*occupancy_, transform_, height_m); }
   double voxel_size_m() const override { return transform_.voxel_size_m; }
   std::string size_text() const override;
   Archive state() const override;

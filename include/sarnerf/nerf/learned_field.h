@@ -38,9 +38,6 @@ class LearnedField {
   /// Where matter may be: rows and rays that miss this box render nothing.
   virtual Box occupied_box_m() const = 0;
 
-  /// The same of what rises more than two voxels above a height, with what lies below it in the same bricks.
-  virtual Box standing_box_m(double height_m) const = 0;
-
   /// What sampling is measured in.
   virtual double voxel_size_m() const = 0;
 

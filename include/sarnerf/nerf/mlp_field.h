@@ -61,9 +61,6 @@ class MlpField : public LearnedField {
   Box occupied_box_m() const override {
     return occupied_box(cache_.occupancy(), cache_.transform());
   }
-  Box standing_box_m(double height_m) const override {
-    return standing_box(cache_.occupancy(), cache_.transform(), height_m);
-  }
   double voxel_size_m() const override { return cache_.transform().voxel_size_m; }
   std::string size_text() const override;
   Archive state() const override;
@@ -83,6 +80,9 @@ class MlpField : public LearnedField {
   const MlpMeaning& meaning() const { return meaning_; }
   const DensityCache& cache() const { return cache_; }
   MlpKernel kernel() const { return kernel_; }
+
+  /// What rays end on, and rows show beside the field; nothing where images have no level ground.
+  std::shared_ptr<const LevelGround> ground;
 
   /// Another kernel than the processor's best one, for comparisons.
   void use_kernel(MlpKernel kernel) { kernel_ = kernel; }

@@ -89,7 +89,4 @@ class RowRenderer {
 /// Box of an occupancy's cells, in the frame of the grid's transform; empty where nothing is occupied.
 Box occupied_box(const Occupancy& occupancy, const GridTransform& transform);
 
-/// The same of the bricks whose cells rise more than two voxels above a height.
-Box standing_box(const Occupancy& occupancy, const GridTransform& transform, double height_m);
-
 }  // namespace sarnerf

@@ -8,6 +8,7 @@
 
 #include "sarnerf/mpa/integrator.h"
 #include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/level_ground.h"
 #include "sarnerf/nerf/row_renderer.h"
 
 namespace sarnerf {
@@ -17,12 +18,14 @@ namespace sarnerf {
 /// cache's optical depth that the sampling says; what is occupied is cut at the borders of range bins, and the parts
 /// evenly until none is longer than the sampling allows.
 ///
+/// Over a level ground rays end on it, and rows show what they leave of it.
+///
 /// Threads take fixed parts of the rows, so that results do not depend on what they do when. Memory: about 80 bytes
 /// a segment.
 class RowSegments {
  public:
   RowSegments(std::span<const RowRequest> rows, const RaySampling& sampling,
-              const DensityCache& cache);
+              const DensityCache& cache, std::shared_ptr<const LevelGround> ground = nullptr);
   ~RowSegments();
   RowSegments(const RowSegments&) = delete;
   RowSegments& operator=(const RowSegments&) = delete;
@@ -54,6 +57,7 @@ class RowSegments {
   void place(std::span<const RowRequest> rows, const DensityCache& cache, RowPart& part) const;
 
   RaySampling sampling_;
+  std::shared_ptr<const LevelGround> ground_;
   std::vector<std::unique_ptr<RowPart>> parts_;
   std::vector<std::size_t> first_segment_, first_pixel_;  ///< of the parts
   std::size_t n_pixels_ = 0;

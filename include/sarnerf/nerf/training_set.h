@@ -6,7 +6,6 @@
 
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/geometry/box.h"
-#include "sarnerf/nerf/bare_ground.h"
 #include "sarnerf/nerf/clutter.h"
 
 namespace sarnerf {
@@ -17,16 +16,15 @@ struct TrainingSet {
   Box box_m;                       ///< where matter may be, relative to the aim point
   float peak = 0.0f;               ///< largest pixel: what PSNR refers to
   float bright = 0.0f;             ///< mean of the brightest hundredth of the pixels above 0: scale of the brightness
-  std::optional<BareGround> ground;  ///< a level ground, where the images show one pixel by pixel
-  std::optional<Clutter> clutter;    ///< else one under speckle
+  std::optional<Clutter> clutter;  ///< a level ground, where the images show one
 };
 
 /// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest. Throws InputError for
 /// images without any power.
 ///
-/// Where images are speckled, they are divided by their gains, and matter is looked for up to `height_m` above the bottom
-/// of the box: unless told, a quarter of the level width that a view sees, since clutter does not say how high a place is
-/// whose shadow lies outside of the images.
+/// Where images show a level ground, they are divided by their gains, and matter is looked for up to `height_m` above the
+/// bottom of the box: unless told, under speckle a quarter of the level width that a view sees, since measured chips do not say
+/// how high a place is whose shadow lies outside of them.
 TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
                          std::optional<double> height_m = std::nullopt);
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/nerf/bare_ground.h"
+#include "median_ground.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 
-#include "ground_views.h"
 #include "sarnerf/core/bilinear.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/geometry/level_plane.h"
@@ -18,9 +17,6 @@ using Views = std::span<const PosedImage>;
 constexpr std::size_t kLeastViews = 6, kMostViews = 48;
 /// Rounds of estimating the views' gains and the texture from one another.
 constexpr int kRounds = 2;
-/// Deviations from the texture within so many times the usual one are the ground's own, and this much at least.
-constexpr double kAgreeing = 4.0, kLeastTolerance = 0.05;
-constexpr double kMostDeviation = 0.1;
 /// Cells of the texture beyond the box: pixels at its border are looked up between cells.
 constexpr int kBorder = 4;
 
@@ -50,8 +46,8 @@ std::vector<std::size_t> spread(std::size_t n) {
   return chosen;
 }
 
-BareGround empty_ground(Views images, const Box& box_m) {
-  BareGround ground;
+MedianGround empty_ground(Views images, const Box& box_m) {
+  MedianGround ground;
   ground.height_m = box_m.min.y;
   ground.cell_m = images.front().acquisition.range_spacing_m;
   for (const PosedImage& image : images)
@@ -61,14 +57,11 @@ BareGround empty_ground(Views images, const Box& box_m) {
   ground.texture = Image<float>(n_cells(size.x), n_cells(size.z));
   ground.first_x_m = box_m.min.x - kBorder * ground.cell_m;
   ground.first_z_m = box_m.min.z - kBorder * ground.cell_m;
-  for (const PosedImage& image : images) {
-    ground.gain.push_back(median_of_positive(image.power));
-    ground.bare.emplace_back(image.power.n_azimuth(), image.power.n_range(), std::uint8_t{0});
-  }
+  for (const PosedImage& image : images) ground.gain.push_back(median_of_positive(image.power));
   return ground;
 }
 
-void estimate_texture(Views images, std::span<const std::size_t> views, BareGround& ground) {
+void estimate_texture(Views images, std::span<const std::size_t> views, MedianGround& ground) {
   std::vector<RadarFrame> frames;
   for (const std::size_t v : views) frames.push_back(radar_frame(images[v].acquisition));
   parallel_for(static_cast<std::size_t>(ground.texture.n_azimuth()), 4, [&](std::size_t begin, std::size_t end, int) {
@@ -90,7 +83,7 @@ void estimate_texture(Views images, std::span<const std::size_t> views, BareGrou
 
 /// Calls visit(i, j, x, z) for the pixels of a view that see the plane, in cells of the texture.
 template <class Visit>
-void for_each_pixel(const Acquisition& a, const BareGround& ground, Visit&& visit) {
+void for_each_pixel(const Acquisition& a, const MedianGround& ground, Visit&& visit) {
   const std::vector<double> offset_m = plane_offsets_m(a, ground.height_m);
   const glm::dvec3 along_track = radar_frame(a).h, away = level_range_direction(a);
   for (int i = 0; i < a.n_azimuth; ++i) {
@@ -103,7 +96,7 @@ void for_each_pixel(const Acquisition& a, const BareGround& ground, Visit&& visi
   }
 }
 
-void estimate_gains(Views images, BareGround& ground) {
+void estimate_gains(Views images, MedianGround& ground) {
   parallel_for(images.size(), 1, [&](std::size_t v, std::size_t, int) {
     const PosedImage& image = images[v];
     std::vector<double> ratios;
@@ -115,25 +108,7 @@ void estimate_gains(Views images, BareGround& ground) {
   });
 }
 
-/// The choice of the cells that are seen among each one and its neighbours: where the texture changes from one cell to the next, what
-/// a pixel shows depends on where its borders lie.
-template <class Choose>
-Image<float> around(const Image<float>& texture, Choose&& choose) {
-  Image<float> image = texture;
-  for (int x = 0; x < texture.n_azimuth(); ++x) {
-    for (int z = 0; z < texture.n_range(); ++z) {
-      for (int n = 0; n < 9; ++n) {
-        const int nx = x + n / 3 - 1, nz = z + n % 3 - 1;
-        if (nx < 0 || nx >= texture.n_azimuth() || nz < 0 || nz >= texture.n_range()) continue;
-        if (!(texture(nx, nz) > 0.0f)) continue;
-        image(x, z) = image(x, z) > 0.0f ? choose(image(x, z), texture(nx, nz)) : texture(nx, nz);
-      }
-    }
-  }
-  return image;
-}
-
-double deviation(Views images, std::span<const std::size_t> views, const BareGround& ground) {
+double deviation(Views images, std::span<const std::size_t> views, const MedianGround& ground) {
   std::vector<double> deviations;
   for (const std::size_t v : views) {
     const PosedImage& image = images[v];
@@ -147,13 +122,9 @@ double deviation(Views images, std::span<const std::size_t> views, const BareGro
 
 }  // namespace
 
-double BareGround::texture_at(double x_m, double z_m) const {
-  return bilinear(texture, (x_m - first_x_m) / cell_m, (z_m - first_z_m) / cell_m);
-}
-
-std::optional<BareGround> estimated_ground(Views images, const Box& box_m) {
+std::optional<MedianGround> median_ground(Views images, const Box& box_m) {
   if (images.size() < kLeastViews || !has_background(images)) return {};
-  BareGround ground = empty_ground(images, box_m);
+  MedianGround ground = empty_ground(images, box_m);
   const std::vector<std::size_t> views = spread(images.size());
   for (int round = 0; round < kRounds; ++round) {
     if (round > 0) estimate_gains(images, ground);
@@ -162,25 +133,6 @@ std::optional<BareGround> estimated_ground(Views images, const Box& box_m) {
   estimate_gains(images, ground);
   ground.deviation = deviation(images, views, ground);
   return ground;
-}
-
-std::optional<BareGround> find_bare_ground(Views images, const Box& box_m) {
-  std::optional<BareGround> found = estimated_ground(images, box_m);
-  if (!found) return {};
-  BareGround& ground = *found;
-  if (!(ground.deviation < kMostDeviation)) return {};
-  const double tolerance = std::max(kLeastTolerance, kAgreeing * ground.deviation);
-  const Image<float> least = around(ground.texture, [](float a, float b) { return std::min(a, b); });
-  const Image<float> most = around(ground.texture, [](float a, float b) { return std::max(a, b); });
-  parallel_for(images.size(), 1, [&](std::size_t v, std::size_t, int) {
-    const PosedImage& image = images[v];
-    for_each_pixel(image.acquisition, ground, [&](int i, int j, double x, double z) {
-      const double low = ground.gain[v] * bilinear(least, x, z), high = ground.gain[v] * bilinear(most, x, z);
-      const double power = double{image.power(i, j)};
-      ground.bare[v](i, j) = low > 0.0 && power >= (1.0 - tolerance) * low && power <= (1.0 + tolerance) * high;
-    });
-  });
-  return found;
 }
 
 }  // namespace sarnerf
