@@ -106,7 +106,7 @@ constexpr double kViewsTimesLooks = 144.0;
 
 /// Brightness, over the ground's, below which errors no longer count by what they are of it: what speckle leaves unsaid
 /// falls with the looks, what the field misses does not.
-constexpr double kFloorPerLook = 0.5, kMostFloor = 3.0;
+constexpr double kFloorPerLook = 0.5, kMostFloor = 3.2;
 
 /// Errors in proportion to brightness, thin fog, learning rates at which speckle averages out, and priors that it does
 /// not pass: in inverse proportion to what there is to average, and where that is little, to its root: few views show turning
