@@ -26,8 +26,8 @@ struct TrainerOptions {
   double final_rate = 0.02;    ///< learning rates fall exponentially to this share, less far in under 100 steps
   double distortion = 1e-3;    ///< weight of ray_distortion.h, relative to squares of the peak; falls by the next
   double final_distortion = 0.1;  ///< its share at the end
-  /// Above 0, errors count in proportion to what is predicted, as the likelihood of speckle has it, but not below this share of
-  /// the ground's brightness: gradients (μ − I) / (μ + floor)². 0: squares of power.
+  /// Above 0, errors count in proportion to what is predicted, as the likelihood of speckle has it, and of this multiple of
+  /// the ground's brightness beside it, which is what the field may miss: gradients (μ − I) / (μ + floor)². 0: squares of power.
   double speckle_floor = 0.0;
   /// Above 0, such an error beyond so many times the prediction counts by its size, not its square (Huber): what glints in
   /// one view says little of the next. Of the clutter's own speckle of one look 2 % lie beyond 3.

@@ -45,12 +45,13 @@ struct ViewResiduals {
   void correct(Image<float>& power, const Acquisition& wanted) const;
 };
 
-/// The residuals of the training views; nothing where images have no speckled ground, or are fewer than six. L and the
+/// The residuals of the training views; nothing where images have no level ground, or are fewer than six. L and the
 /// ground's s are fitted to pairs of neighbours, less the ground's mean. The field has learned part of each view's speckle, so
 /// that residuals of unseen chips of 2S1 ask for 2.5 times the s of trained ones: that is kept, 0.9 at most, and 0 where pairs
 /// say less than 0.02. Of what shines, it is the share of its variance that the ground's speckle does not explain, 0.65 to
-/// 0.77 on four measured targets (unseen chips of 2S1 are best with 0.55 to 0.85), 0.25 to 0.4 under simulated speckle. Cost: a
-/// rendered image a view and six turned ones.
+/// 0.77 on four measured targets (unseen chips of 2S1 are best with 0.55 to 0.85), less in proportion where glints are below
+/// 0.15: of 0.02 and less, as under simulated speckle, those residuals are errors of the field that neighbours do not share, and
+/// adding a third of them costs the L-shaped building 1.3 dB of power. Cost: a rendered image a view and six turned ones.
 std::optional<ViewResiduals> find_residuals(const LearnedField& field, const TrainingSet& set);
 
 }  // namespace sarnerf
