@@ -78,6 +78,7 @@ for solid in $solids; do
       # The table's rows: method, PSNR of power, of amplitude, of the target, SSIM.
       awk -F '|' -v row="$solid|$n|$seed|$seconds" '
         /^\| SAR-NeRF/ { own = $3; amplitude = $4; ssim = $6; next }
+        /log-amplitude error/ { exit }  # of images with a background, a second table follows
         /dB/ || !/^\|.*[0-9]/ { next }
         $3 + 0 > best { best = $3 + 0; name = $2 }
         END { gsub(/ /, "", own); gsub(/ /, "", amplitude); gsub(/ /, "", ssim); gsub(/^ +| +$/, "", name)
