@@ -9,6 +9,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/carving.h"
 #include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/trainer.h"
 #include "small_grid.h"
 #include "torch_catch.h"
 
@@ -183,4 +184,18 @@ TEST_CASE("what neither shines nor casts a shadow within the image is carved") {
     if (point_m.y > 12.0 && std::abs(point_m.x) < 10.0 && std::abs(point_m.z) < 10.0) ++n;
   }
   CHECK(n == 0);
+}
+
+TEST_CASE("the more looks the more counts what the field may miss and the less count priors") {
+  const auto options_of = [](double looks) {
+    return default_options(training_set(speckled_scene(36, looks), ground_scene_box()), "grid");
+  };
+  const TrainerOptions one = options_of(1.0), four = options_of(4.0);
+  const TrainerOptions clean = default_options(ground_scene_set(36), "grid");
+  CHECK(one.speckle_floor > 0.0);
+  CHECK(one.speckle_floor < four.speckle_floor);
+  CHECK(four.speckle_floor < clean.speckle_floor);
+  CHECK(one.grid.smooth_angular > 4.0 * four.grid.smooth_angular);
+  CHECK(clean.grid.smooth_angular < 0.01 * one.grid.smooth_angular);
+  CHECK(clean.grid.smooth_density >= GridOptions().smooth_density);
 }

@@ -163,3 +163,28 @@ TEST_CASE("a field that returns too little says by how much") {
   set.clutter.reset();
   CHECK(returned_share(field, set) == 1.0);
 }
+
+TEST_CASE("targets share residuals as far as they glint") {
+  GridField field = small_grid(34);
+  TrainingSet set = bare_set(24, false, field);
+  field.log_depth.fill_(0.0f);
+  auto dim = std::make_shared<LevelGround>(*field.ground);
+  dim->texture = Image<float>(3, 3, 1e-3f);
+  field.ground = set.clutter->ground = dim;
+  // The field's own images, what shines in them having that many looks; the ground has 8.
+  const auto shares = [&](double looks) {
+    std::mt19937 random(5);
+    std::gamma_distribution<double> of_ground(8.0, 1.0 / 8.0), of_target(looks, 1.0 / looks);
+    for (PosedImage& image : set.images) {
+      image.power = render_view(field, image.acquisition);
+      for (float& p : image.power.pixels()) p *= static_cast<float>(p > 4e-3f ? of_target(random) : of_ground(random));
+    }
+    return *find_residuals(field, set);
+  };
+  const ViewResiduals speckle = shares(4.0), glints = shares(0.1);
+  CHECK(speckle.glints > 0.0);
+  CHECK(speckle.glints < 0.05);
+  CHECK(speckle.target_share < 0.2);
+  CHECK(glints.glints > 0.15);
+  CHECK(glints.target_share > 0.6);
+}
