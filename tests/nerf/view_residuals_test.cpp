@@ -59,6 +59,14 @@ TrainingSet bare_set(int n_views, bool common, GridField& field) {
   return set;
 }
 
+/// Makes the field of a bare_set() shine over a ground that hardly does.
+void let_shine(GridField& field, TrainingSet& set) {
+  field.log_depth.fill_(0.0f);
+  auto dim = std::make_shared<LevelGround>(*field.ground);
+  dim->texture = Image<float>(3, 3, 1e-3f);
+  field.ground = set.clutter->ground = dim;
+}
+
 }  // namespace
 
 TEST_CASE("one neighbour weighs as much as it is alike") {
@@ -150,10 +158,7 @@ TEST_CASE("residuals come back from a model's archive and change its views") {
 TEST_CASE("a field that returns too little says by how much") {
   GridField field = small_grid(33);
   TrainingSet set = bare_set(4, false, field);
-  field.log_depth.fill_(0.0f);
-  auto dim = std::make_shared<LevelGround>(*field.ground);
-  dim->texture = Image<float>(3, 3, 1e-3f);
-  field.ground = set.clutter->ground = dim;
+  let_shine(field, set);
   const double scale = field.source_scale();
   field.set_source_scale(1.3 * scale);
   for (PosedImage& image : set.images) image.power = render_view(field, image.acquisition);
@@ -167,10 +172,7 @@ TEST_CASE("a field that returns too little says by how much") {
 TEST_CASE("targets share residuals as far as they glint") {
   GridField field = small_grid(34);
   TrainingSet set = bare_set(24, false, field);
-  field.log_depth.fill_(0.0f);
-  auto dim = std::make_shared<LevelGround>(*field.ground);
-  dim->texture = Image<float>(3, 3, 1e-3f);
-  field.ground = set.clutter->ground = dim;
+  let_shine(field, set);
   // The field's own images, what shines in them having that many looks; the ground has 8.
   const auto shares = [&](double looks) {
     std::mt19937 random(5);

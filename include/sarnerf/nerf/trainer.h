@@ -74,7 +74,7 @@ class Trainer {
   StepReport step(double progress);
 
   /// Once training is over: puts the scale of what shines right (returned_share()) and adds to the field what training
-  /// views show beyond it (ViewResiduals), where images are speckled. Another step takes both away.
+  /// views show beyond it (ViewResiduals), where images show a level ground. Another step takes both away.
   void finish();
 
   std::int64_t steps_done() const;
