@@ -55,7 +55,8 @@ std::string config_text(const Options& o, const TrainerOptions& training) {
     out << "steps = " << o.steps << "\n";
   }
   out << "seed = " << o.seed << "\n";
-  if (o.scene_height_m) out << "scene-height = " << quoted(Json(*o.scene_height_m).dump()) << "\n";
+  if (o.heights.ground_m) out << "ground-height = " << quoted(Json(*o.heights.ground_m).dump()) << "\n";
+  if (o.heights.above_ground_m) out << "scene-height = " << quoted(Json(*o.heights.above_ground_m).dump()) << "\n";
   out << "holdout = " << quoted(o.holdout_text) << "\n";
   if (o.patience > 0.0) out << "patience = " << quoted(Json(o.patience).dump()) << "\n";
   if (!o.against.empty()) out << "against = " << quoted(full_path(o.against)) << "\n";

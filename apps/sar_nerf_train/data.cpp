@@ -117,7 +117,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
 
   data.fingerprint = dataset_fingerprint(o.dataset, data.dataset, monitor);
   data.set = training_set(load_images(o.dataset, data.dataset, training, monitor),
-                          data.dataset.scene_box_m, o.scene_height_m);
+                          data.dataset.scene_box_m, o.heights);
   if (!held_out.empty()) data.validation = load_images(o.dataset, data.dataset, held_out, monitor);
   if (!unseen.empty()) {
     auto more = load_images(o.against, other, unseen, monitor);
@@ -134,8 +134,9 @@ ModelInfo model_info(const Data& data, const TrainingSet& set, const Options& op
   info.reference_bin_m = std::numeric_limits<double>::infinity();
   for (const DatasetView& v : data.training_views)
     info.reference_bin_m = std::min(info.reference_bin_m, v.range_spacing_m);
-  info.scene_box_m = data.dataset.scene_box_m;
   info.aim_m = data.dataset.aim_m;
+  info.scene_box_m = data.dataset.scene_box_m;
+  info.scene_box_m.min.y = set.box_m.min.y + info.aim_m.y;  // the ground, where images tell it
   info.quantity = data.dataset.quantity;
   info.calibration = data.dataset.calibration;
   info.scale = data.dataset.scale;

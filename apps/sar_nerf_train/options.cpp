@@ -36,7 +36,7 @@ constexpr const char* kExamples =
 
 /// The texts of all options, as given.
 struct Texts {
-  std::string dataset, field = "grid", surfaces = "auto", scene_height = "auto", steps = "auto", time;
+  std::string dataset, field = "grid", surfaces = "auto", ground_height = "auto", scene_height = "auto", steps = "auto", time;
   std::string holdout = "auto", patience = "off", against, lpips, despeckle = "off", seed = "1";
   std::vector<std::string> training;
   std::string output, resume;
@@ -59,6 +59,9 @@ void add_options(CommandLine& command, Texts& t) {
       "Learn opaque matter, from which surfaces can be taken; auto: with 36 or more images of different incidences "
       "and no background")
       ->check(one_of({"auto", "on", "off"}));
+  add("--ground-height", t.ground_height, "M|auto",
+      "Where the ground lies, in world coordinates; auto: where speckled views agree on its texture, else the bottom of the "
+      "dataset's scene box");
   add("--scene-height", t.scene_height, "M|auto",
       "How high matter may rise above the ground of speckled images; auto: a quarter of the ground that a view shows");
   add("--steps", t.steps, "N|auto", "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
@@ -105,9 +108,10 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   o.dataset = without_slash(t.dataset);
   o.field = t.field;
   if (t.surfaces != "auto") o.surfaces = t.surfaces == "on";
+  if (t.ground_height != "auto") o.heights.ground_m = parse_number("--ground-height", t.ground_height);
   if (t.scene_height != "auto") {
-    o.scene_height_m = parse_number("--scene-height", t.scene_height);
-    if (!(*o.scene_height_m > 0.0)) throw UsageError("--scene-height: " + t.scene_height + " is not above 0 metres");
+    o.heights.above_ground_m = parse_number("--scene-height", t.scene_height);
+    if (!(*o.heights.above_ground_m > 0.0)) throw UsageError("--scene-height: " + t.scene_height + " is not above 0 metres");
   }
   if (!t.time.empty()) {
     if (steps_given)

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sarnerf/nerf/training_set.h"
 #include "shared_options.h"
 #include "view_choice.h"
 
@@ -17,7 +18,7 @@ struct Options {
   std::filesystem::path dataset;
   std::string field = "grid";
   std::optional<bool> surfaces;  ///< unless the images decide
-  std::optional<double> scene_height_m;  ///< unless told, a quarter of the views' width where they are speckled
+  SceneHeights heights;          ///< unless told, the images decide
   std::int64_t steps = 0;        ///< 0: as many as suit the images
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
   std::string holdout_text = "auto";

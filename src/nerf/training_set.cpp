@@ -5,7 +5,9 @@
 #include <cmath>
 #include <functional>
 
+#include "ground_height.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 
 namespace sarnerf {
 namespace {
@@ -33,9 +35,19 @@ double level_width_m(const std::vector<PosedImage>& images) {
   return most;
 }
 
+/// Makes a height the bottom of the box.
+void put_ground(std::optional<double> height_m, Box& box_m) {
+  if (!height_m) return;
+  if (!(*height_m < box_m.max.y)) {
+    throw UsageError(format("the ground lies %.3g m above the aim point, and the scene's box ends at %.3g m: nothing can stand "
+                            "on it", *height_m, box_m.max.y));
+  }
+  box_m.min.y = *height_m;
+}
+
 }  // namespace
 
-TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, std::optional<double> height_m) {
+TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights) {
   if (images.empty()) throw InputError("there is no image to learn from");
   TrainingSet set;
   const glm::dvec3 aim_m = images.front().acquisition.aim_m;
@@ -48,10 +60,12 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
     throw InputError("all pixels of the images to learn from are 0: there is nothing to learn; were they rendered "
                      "with another aim point than the dataset says?");
   set.bright = mean_of_brightest(images);
+  put_ground(heights.ground_m ? std::optional(*heights.ground_m - aim_m.y) : ground_height_m(images, set.box_m), set.box_m);
   set.clutter = find_clutter(images, set.box_m);
   if (set.clutter) {
-    if (set.clutter->speckled || height_m)
-      set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + height_m.value_or(0.25 * level_width_m(images)));
+    if (set.clutter->speckled || heights.above_ground_m)
+      set.box_m.max.y =
+          std::min(set.box_m.max.y, set.box_m.min.y + heights.above_ground_m.value_or(0.25 * level_width_m(images)));
     for (std::size_t v = 0; v < images.size(); ++v)
       for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / set.clutter->gain[v]);
   }

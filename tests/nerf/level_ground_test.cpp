@@ -158,7 +158,7 @@ TEST_CASE("what shines in a third of a view is not taken for its gain") {
 }
 
 TEST_CASE("speckled clutter carves what stands nowhere and leaves what does") {
-  TrainingSet set = training_set(speckled_scene(36, 1.0), ground_scene_box(), 6.0);
+  TrainingSet set = training_set(speckled_scene(36, 1.0), ground_scene_box(), {.ground_m = 0.0, .above_ground_m = 6.0});
   REQUIRE(set.clutter.has_value());
   CHECK(set.clutter->speckled);
   CHECK(set.box_m.max.y == 6.0);
@@ -172,7 +172,7 @@ TEST_CASE("speckled clutter carves what stands nowhere and leaves what does") {
 TEST_CASE("what neither shines nor casts a shadow within the image is carved") {
   Box box = ground_scene_box();
   box.max.y = 30.0;
-  const TrainingSet set = training_set(speckled_scene(36, 1.0), box, 30.0);
+  const TrainingSet set = training_set(speckled_scene(36, 1.0), box, {.ground_m = 0.0, .above_ground_m = 30.0});
   const GridTransform transform = grid_transform(set, 1.0);
   const CarvedVoxels carved = carve(set, transform);
   // High above the block: places that views see, and whose shadows most of them do not.

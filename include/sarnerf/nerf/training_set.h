@@ -19,13 +19,19 @@ struct TrainingSet {
   std::optional<Clutter> clutter;  ///< a level ground, where the images show one
 };
 
-/// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest. Throws InputError for
-/// images without any power.
-///
-/// Where images show a level ground, they are divided by their gains, and matter is looked for up to `height_m` above the
-/// bottom of the box: unless told, under speckle a quarter of the level width that a view sees, since measured chips do not say
-/// how high a place is whose shadow lies outside of them.
-TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
-                         std::optional<double> height_m = std::nullopt);
+/// What is known of a scene beside its box, which else follows from the images.
+struct SceneHeights {
+  /// Of the ground, in world coordinates: unless told, the bottom of the box, or where speckled views agree on the texture
+  /// of a level ground: chips are centred on targets, and the ground lies below that.
+  std::optional<double> ground_m;
+  /// Up to which matter is looked for above a level ground: unless told, under speckle a quarter of the level width that a
+  /// view sees, since measured chips do not say how high a place is whose shadow lies outside of them.
+  std::optional<double> above_ground_m;
+};
+
+/// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest; its bottom becomes the ground's
+/// height. Where images show a level ground, they are divided by their gains. Throws InputError for images without any power,
+/// and UsageError for a ground at the top of the box or above.
+TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {});
 
 }  // namespace sarnerf
