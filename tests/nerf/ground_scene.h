@@ -72,6 +72,16 @@ std::vector<PosedImage> ground_scene(int n_views, Gain&& gain) {
   return images;
 }
 
+/// Images of ground_scene() under gamma speckle of `looks` independent looks.
+inline std::vector<PosedImage> speckled_scene(int n_views, double looks) {
+  auto images = ground_scene(n_views, [](int v) { return v % 2 == 0 ? 1.0 : 1.5; });
+  std::mt19937 random(7);
+  std::gamma_distribution<double> speckle(looks, 1.0 / looks);
+  for (PosedImage& image : images)
+    for (float& p : image.power.pixels()) p = static_cast<float>(double{p} * speckle(random));
+  return images;
+}
+
 inline Box ground_scene_box() {
   Box box;
   box.include({-18.0, 0.0, -18.0});

@@ -3,7 +3,6 @@
 #include "sarnerf/nerf/level_ground.h"
 
 #include <numeric>
-#include <random>
 
 #include "ground_scene.h"
 #include "sarnerf/core/error.h"
@@ -30,16 +29,6 @@ std::shared_ptr<const LevelGround> uniform_ground(double height_m, double power)
 std::vector<RowRequest> some_rows() { return {{small_acquisition(0.3), 3}, {small_acquisition(2.1), 5, 0.25, 0.75}}; }
 
 double total(const torch::Tensor& pixels) { return pixels.to(torch::kDouble).sum().item<double>(); }
-
-/// Images of ground_scene() under gamma speckle of `looks` independent looks.
-std::vector<PosedImage> speckled_scene(int n_views, double looks) {
-  auto images = ground_scene(n_views, [](int v) { return v % 2 == 0 ? 1.0 : 1.5; });
-  std::mt19937 random(7);
-  std::gamma_distribution<double> speckle(looks, 1.0 / looks);
-  for (PosedImage& image : images)
-    for (float& p : image.power.pixels()) p = static_cast<float>(double{p} * speckle(random));
-  return images;
-}
 
 }  // namespace
 
