@@ -8,6 +8,7 @@
 #include "ground_height.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/format.h"
+#include "sarnerf/dataset/background.h"
 
 namespace sarnerf {
 namespace {
@@ -33,6 +34,26 @@ double level_width_m(const std::vector<PosedImage>& images) {
     most = std::max(most, a.n_range * a.range_spacing_m / std::sin(a.incidence_rad));
   }
   return most;
+}
+
+/// Of the peak: what images with an impulse response show where nothing is, its tails, which reach everywhere.
+constexpr float kTail = 1e-4f;
+
+/// Whether four fifths of the pixels are tails. Sidelobes without a weighting window cross far more of an image than that
+/// leaves: what is carved then is too little to begin with opaque matter in the rest, measured to fail.
+bool is_mostly_tails(const std::vector<PosedImage>& images, float peak) {
+  std::size_t n_dark = 0, n = 0;
+  for (const PosedImage& image : images) {
+    n += image.power.pixels().size();
+    for (const float p : image.power.pixels()) n_dark += p < kTail * peak;
+  }
+  return 5 * n_dark > 4 * n;
+}
+
+void darken_tails(std::vector<PosedImage>& images, float peak) {
+  for (PosedImage& image : images)
+    for (float& p : image.power.pixels())
+      if (p < kTail * peak) p = 0.0f;
 }
 
 /// Makes a height the bottom of the box.
@@ -68,6 +89,10 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
           std::min(set.box_m.max.y, set.box_m.min.y + heights.above_ground_m.value_or(0.25 * level_width_m(images)));
     for (std::size_t v = 0; v < images.size(); ++v)
       for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / set.clutter->gain[v]);
+  }
+  if (!set.clutter && has_background(images) && is_mostly_tails(images, set.peak)) {
+    darken_tails(images, set.peak);
+    set.tails_are_dark = true;
   }
   set.images = std::move(images);
   return set;

@@ -17,6 +17,7 @@ struct TrainingSet {
   float peak = 0.0f;               ///< largest pixel: what PSNR refers to
   float bright = 0.0f;             ///< mean of the brightest hundredth of the pixels above 0: scale of the brightness
   std::optional<Clutter> clutter;  ///< a level ground, where the images show one
+  bool tails_are_dark = false;     ///< pixels 40 dB below the peak were made 0
 };
 
 /// What is known of a scene beside its box, which else follows from the images.
@@ -30,7 +31,8 @@ struct SceneHeights {
 };
 
 /// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest; its bottom becomes the ground's
-/// height. Where images show a level ground, they are divided by their gains. Throws InputError for images without any power,
+/// height. Where images show a level ground, they are divided by their gains. Where they show none and four fifths of their pixels are
+/// 40 dB darker than the brightest one, those are the tails of an impulse response, and become 0: what is dark carves. Throws InputError for images without any power,
 /// and UsageError for a ground at the top of the box or above.
 TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {});
 
