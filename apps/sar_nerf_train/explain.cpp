@@ -2,6 +2,7 @@
 #include "explain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <set>
 
@@ -37,9 +38,10 @@ std::string background_text(const TrainingSet& set) {
     n += like.pixels().size();
     for (const std::uint8_t l : like.pixels()) n_like += l;
   }
-  return format("level ground%s, %.3g m above the aim point, alone in %.0f %% of the pixels: rays end on it, errors count in "
+  return format("level ground%s, %.3g m %s the aim point, alone in %.0f %% of the pixels: rays end on it, errors count in "
                 "proportion to brightness, matter may be up to %.3g m above it%s",
-                clutter.speckled ? " under speckle" : "", clutter.ground->height_m,
+                clutter.speckled ? " under speckle" : "", std::abs(clutter.ground->height_m),
+                clutter.ground->height_m < 0.0 ? "below" : "above",
                 100.0 * static_cast<double>(n_like) / static_cast<double>(n), set.box_m.max.y - clutter.ground->height_m,
                 clutter.speckled ? " (--scene-height)" : "");
 }
