@@ -63,6 +63,28 @@ TEST_CASE("a run folder holds a model, its history and its reports") {
   CHECK(std::filesystem::is_empty(scene / "run/val"));
 }
 
+TEST_CASE("a run's configuration holds what the scene and its comparison were told to be") {
+  const SmallScene scene;
+  scene.write_dataset("test", 24, 0.0);
+  const Outcome told = scene.train({"data", "-o", "run", "--steps", "2", "--against", "test", "--despeckle", "60",
+                                    "--ground-height", "-1.25", "--scene-height", "2.5"});
+  INFO(told.err);
+  REQUIRE(told.code == 0);
+  const std::string config = read_text(scene / "run/config.toml");
+  for (const char* line : {"despeckle = \"60.0\"", "ground-height = \"-1.25\"", "scene-height = \"2.5\""})
+    CHECK(config.find(line) != std::string::npos);
+  CHECK(sarnerf::read_model(scene / "run/model.pt").info.scene_box_m.min.y == -1.25);
+  REQUIRE(scene.train({"--config", "run/config.toml", "-o", "again"}).code == 0);
+  CHECK(read_text(scene / "again/config.toml") == config);
+  const auto scores = [&](const char* run) { return Json::parse(read_text(scene / run / "report.json")).at("despeckled"); };
+  CHECK(scores("run").at("model") == scores("again").at("model"));
+
+  const Outcome high = scene.train({"data", "-o", "high", "--ground-height", "500"});
+  CHECK(high.code == 2);
+  CHECK(high.is_error("nothing can stand on it"));
+  CHECK_FALSE(std::filesystem::exists(scene / "high"));
+}
+
 TEST_CASE("training learns: held-out views come closer than they began") {
   const SmallScene scene(24);
   REQUIRE(scene.train({"data", "--steps", "300", "-o", "run", "--holdout", "4", "-q"}).code == 0);
