@@ -162,7 +162,8 @@ std::optional<double> ground_height_m(Views images, const Box& box_m) {
   // At the end of the row the true height lies beyond, or there is none.
   if (std::abs(best) == kSteps || !(at(best).covariance - at(0).covariance > kSignificant * noise)) return {};
   const double top = top_of_parabola(at(best - 1).covariance, at(best).covariance, at(best + 1).covariance);
-  return box_m.min.y + (best + top) * step_m;
+  const double height_m = box_m.min.y + (best + top) * step_m;
+  return height_m < box_m.max.y ? std::optional(height_m) : std::nullopt;
 }
 
 }  // namespace sarnerf

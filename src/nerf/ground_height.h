@@ -10,7 +10,7 @@
 namespace sarnerf {
 
 /// Height of the level ground relative to the aim point, where speckled views tell that it is not the bottom of the box;
-/// nothing where they tell none, are fewer than 6, or are not speckled.
+/// nothing where they tell none below its top, are fewer than 6, or are not speckled.
 ///
 /// A measured chip is centred on a target, not on the ground that it stands on: turned about the wrong point, views of the
 /// ground do not fit onto one another. So each height of a row of heights gets the mean covariance, over the cells of the

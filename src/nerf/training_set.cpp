@@ -61,7 +61,7 @@ void put_ground(std::optional<double> height_m, Box& box_m) {
   if (!height_m) return;
   if (!(*height_m < box_m.max.y)) {
     throw UsageError(format("the ground lies %.3g m above the aim point, and the scene's box ends at %.3g m: nothing can stand "
-                            "on it", *height_m, box_m.max.y));
+                            "on it; give a lower height", *height_m, box_m.max.y));
   }
   box_m.min.y = *height_m;
 }

@@ -8,8 +8,8 @@ using namespace sarnerf;
 
 namespace {
 
-/// A bright square of 9 x 9 pixels, a thousandth of it in the first `n_rows` of 48 rows elsewhere, and below that tails over eight
-/// orders of magnitude: neither an even ground nor speckle that anybody could see.
+/// A bright square of 9 x 9 pixels, a thousandth of it in the first `n_rows` of 48 rows elsewhere, and below that tails over
+/// eight orders of magnitude: neither an even ground nor speckle that anybody could see.
 std::vector<PosedImage> square(int n_rows) {
   auto images = ground_scene(12, [](int) { return 1.0; });
   std::mt19937 random(3);

@@ -31,9 +31,12 @@ struct SceneHeights {
 };
 
 /// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest; its bottom becomes the ground's
-/// height. Where images show a level ground, they are divided by their gains. Where they show none and four fifths of their pixels are
-/// 40 dB darker than the brightest one, those are the tails of an impulse response, and become 0: what is dark carves. Throws InputError for images without any power,
-/// and UsageError for a ground at the top of the box or above.
+/// height.
+///
+/// Where images show a level ground, they are divided by their gains. Where they show none and four fifths of their pixels
+/// are 40 dB darker than the brightest one, those are the tails of an impulse response, and become 0: what is dark carves.
+///
+/// Throws InputError for images without any power, and UsageError where the ground that is told is not below the box's top.
 TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {});
 
 }  // namespace sarnerf
