@@ -27,11 +27,10 @@ std::string sizes_text(const std::vector<DatasetView>& views) {
 
 /// What the images show around the scene, and what follows.
 std::string background_text(const TrainingSet& set) {
+  if (set.tails_are_dark) return "tails of an impulse response, 40 dB below the brightest pixel: taken for dark";
   if (!set.clutter)
     return has_background(set.images) ? "returns power, but is no level ground of clear texture: nothing is carved"
-                                      : set.tails_are_dark
-                                            ? "tails of an impulse response, 40 dB below the brightest pixel: taken for dark"
-                                            : "dark: what lies in front of the first returns is empty";
+                                      : "dark: what lies in front of the first returns is empty";
   const Clutter& clutter = *set.clutter;
   std::uint64_t n_like = 0, n = 0;
   for (const Image<std::uint8_t>& like : clutter.like_ground) {

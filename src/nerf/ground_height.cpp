@@ -61,8 +61,9 @@ Deviation deviation_of(const Image<float>& power) {
   d.value = gaussian_blur(d.value, kBlur);
   const Image<float> part = gaussian_blur(d.is_ground, kBlur);
   for (std::size_t n = 0; n < part.pixels().size(); ++n) {
-    d.is_ground.pixels()[n] *= part.pixels()[n] > 0.5f ? 1.0f : 0.0f;
-    d.value.pixels()[n] *= part.pixels()[n] > 0.5f ? d.is_ground.pixels()[n] / part.pixels()[n] : 0.0f;
+    const bool counts = d.is_ground.pixels()[n] != 0.0f && part.pixels()[n] > 0.5f;
+    d.is_ground.pixels()[n] = counts ? 1.0f : 0.0f;
+    d.value.pixels()[n] *= counts ? 1.0f / part.pixels()[n] : 0.0f;
   }
   return d;
 }
