@@ -32,7 +32,9 @@ std::vector<std::byte> chip_bytes(const Options& o, const Dataset& dataset, std:
   take_amplitude(amplitude);
   DatasetView view = dataset.views[n];
   if (view.source.empty()) view.source = view.image;
-  return encode_phoenix(phoenix_of(view, amplitude));
+  PhoenixChip chip = phoenix_of(view, amplitude);
+  chip.resolution = dataset.resolution;
+  return encode_phoenix(chip);
 }
 
 }  // namespace

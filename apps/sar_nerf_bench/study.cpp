@@ -28,7 +28,7 @@ struct Material {
   std::vector<std::size_t> all;  ///< views of `dataset`
 
   TrainingSet read(const Monitor& monitor) const {
-    return training_set(load_images(folder, dataset, all, monitor), dataset.scene_box_m);
+    return training_set(load_images(folder, dataset, all, monitor), dataset.scene_box_m, {}, dataset.resolution);
   }
 };
 

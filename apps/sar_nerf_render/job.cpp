@@ -68,7 +68,21 @@ Json request_of(const Job& job, const std::filesystem::path& file) {
                 {"spacing_m", {first.azimuth_spacing_m, first.range_spacing_m}},
                 {"calibration", name(job.model.info.calibration)},
                 {"quantity", name(job.quantity)}};
+  if (!job.options.resolution.automatic) {
+    const auto& r = job.model.field->resolution;
+    j["image"]["resolution_m"] = r ? Json{r->azimuth_m, r->range_m} : Json("none");
+    if (r) j["image"]["window"] = text_of(r->window);
+  }
   return valid_text(j);
+}
+
+/// Another impulse response than the images' is possible where the field is the scene without it.
+void choose_resolution(const ResolutionChoice& choice, LearnedField& field) {
+  if (choice.automatic) return;
+  if (!field.resolution)
+    throw UsageError("--resolution: this model's field shows images as they were, with whatever impulse response they had; "
+                     "learn it with sar_nerf_train --resolution to take that out");
+  field.resolution = choice.resolution;
 }
 
 /// Rays are cut at the borders of range bins wherever they meet matter, inside of the image and in front of it.
@@ -103,6 +117,7 @@ Job prepare(const Options& options) {
   job.options = options;
   const auto file = model_file(options.model);
   job.model = read_model(file);
+  choose_resolution(options.resolution, *job.model.field);
   job.quantity = options.quantity.value_or(job.model.info.quantity);
   job.views = views_of(options, job.model.info);
   job.request = request_of(job, file);
@@ -129,7 +144,9 @@ std::string explain(const Job& job) {
          " views and " + std::to_string(info.steps) + " steps\n  views     " +
          std::to_string(job.views.size()) + " of " + std::to_string(v.n_azimuth) + " x " +
          std::to_string(v.n_range) +
-         " pixels (azimuth x range)\n  left out  rows and rays that miss the learned matter; the "
+         " pixels (azimuth x range)" +
+         (job.model.field->resolution ? "\n  impulse response  " + resolution_text(*job.model.field->resolution) : "") +
+         "\n  left out  rows and rays that miss the learned matter; the "
          "rest of a ray behind an "
          "optical depth of 20";
 }

@@ -29,7 +29,7 @@ constexpr const char* kExamples =
 
 struct Texts {
   std::string model, pitch, depression, azimuth = "0", altitude, slant_range, look = "auto";
-  std::string size = "auto", spacing = "auto", quantity = "auto";
+  std::string size = "auto", spacing = "auto", quantity = "auto", resolution = "auto", window;
   std::string against, training, lpips, despeckle = "off", output;
   bool overwrite = false, explain = false;
 };
@@ -57,6 +57,9 @@ void add_options(CommandLine& command, Texts& t) {
   add("--spacing", t.spacing, "A[,R]|auto", "Pixel spacing (m), azimuth and slant range");
   add("--quantity", t.quantity, "NAME", "power, amplitude or auto")
       ->check(one_of({"power", "amplitude", "auto"}));
+  add("--resolution", t.resolution, "A[,R]|auto|none",
+      "-3 dB widths (m) of the impulse response that views have; auto: the training images'; none: the scene itself, sharp");
+  add("--window", t.window, "NAME", "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
 
   command.begin_group("Comparison");
   add("--against", t.against, "FOLDER",
@@ -83,7 +86,7 @@ void add_options(CommandLine& command, Texts& t) {
 void refuse_views_beside_against(const CommandLine& command) {
   auto& parser = const_cast<CommandLine&>(command).parser();
   for (const char* name : {"--pitch", "--depression", "--azimuth", "--altitude", "--slant-range",
-                           "--look", "--size", "--spacing", "--quantity"}) {
+                           "--look", "--size", "--spacing", "--quantity", "--resolution", "--window"}) {
     if (parser.get_option(name)->count() > 0)
       throw UsageError(std::string("--against takes its views from the dataset; leave out ") +
                        name);
@@ -120,6 +123,7 @@ Options resolve(const Texts& t, const CommandLine& command) {
   if (t.size != "auto") o.size = parse_image_size("--size", t.size);
   if (t.spacing != "auto") o.spacing_m = parse_spacing_m("--spacing", t.spacing);
   if (t.quantity != "auto") o.quantity = quantity_from_name(t.quantity);
+  o.resolution = parse_resolution(t.resolution, t.window);
   o.output = t.output;
   o.overwrite = t.overwrite;
   o.explain = t.explain;

@@ -9,6 +9,7 @@
 
 #include "sarnerf/dataset/calibration.h"
 #include "sarnerf/geometry/acquisition.h"
+#include "resolution_option.h"
 #include "shared_options.h"
 
 namespace sarnerf::app {
@@ -25,6 +26,7 @@ struct Options {
   std::optional<std::pair<int, int>> size;  ///< azimuth, range
   std::optional<std::pair<double, double>> spacing_m;
   std::optional<Quantity> quantity;
+  ResolutionChoice resolution;  ///< unless told, the model's
 
   std::filesystem::path against;   ///< empty: new views are rendered
   std::filesystem::path training;  ///< empty: where the model says

@@ -30,6 +30,7 @@ std::string manifest_of(const Job& job, const std::vector<DatasetView>& views,
   for (std::size_t n = 0; n < views.size(); ++n) {
     if (finished[n]) dataset.views.push_back(views[n]);
   }
+  dataset.resolution = job.model.field->resolution;
   dataset.scene_box_m = scene_box_of_swath(info.aim_m, dataset.views);
   Json provenance{
       {"program", make_recipe(kProgram, Json::object(), Json::object()).at("program")},

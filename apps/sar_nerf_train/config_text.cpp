@@ -57,6 +57,11 @@ std::string config_text(const Options& o, const TrainerOptions& training) {
   out << "seed = " << o.seed << "\n";
   if (o.heights.ground_m) out << "ground-height = " << quoted(Json(*o.heights.ground_m).dump()) << "\n";
   if (o.heights.above_ground_m) out << "scene-height = " << quoted(Json(*o.heights.above_ground_m).dump()) << "\n";
+  if (!o.resolution.automatic) {
+    const auto& r = o.resolution.resolution;
+    out << "resolution = " << quoted(r ? Json(r->azimuth_m).dump() + "," + Json(r->range_m).dump() : "none") << "\n";
+    if (r) out << "window = " << quoted(text_of(r->window)) << "\n";
+  }
   out << "holdout = " << quoted(o.holdout_text) << "\n";
   if (o.patience > 0.0) out << "patience = " << quoted(Json(o.patience).dump()) << "\n";
   if (!o.against.empty()) out << "against = " << quoted(full_path(o.against)) << "\n";

@@ -117,7 +117,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
 
   data.fingerprint = dataset_fingerprint(o.dataset, data.dataset, monitor);
   data.set = training_set(load_images(o.dataset, data.dataset, training, monitor),
-                          data.dataset.scene_box_m, o.heights);
+                          data.dataset.scene_box_m, o.heights, o.resolution.or_else(data.dataset.resolution));
   if (!held_out.empty()) data.validation = load_images(o.dataset, data.dataset, held_out, monitor);
   if (!unseen.empty()) {
     auto more = load_images(o.against, other, unseen, monitor);

@@ -37,6 +37,7 @@ constexpr const char* kExamples =
 /// The texts of all options, as given.
 struct Texts {
   std::string dataset, field = "grid", surfaces = "auto", ground_height = "auto", scene_height = "auto", steps = "auto", time;
+  std::string resolution = "auto", window;
   std::string holdout = "auto", patience = "off", against, lpips, despeckle = "off", seed = "1";
   std::vector<std::string> training;
   std::string output, resume;
@@ -64,6 +65,9 @@ void add_options(CommandLine& command, Texts& t) {
       "dataset's scene box");
   add("--scene-height", t.scene_height, "M|auto",
       "How high matter may rise above the ground of speckled images; auto: a quarter of the ground that a view shows");
+  add("--resolution", t.resolution, "A[,R]|auto|none",
+      "-3 dB widths (m) of the images' impulse response, which becomes part of the model; auto: what dataset.json says");
+  add("--window", t.window, "NAME", "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
   add("--steps", t.steps, "N|auto", "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
   add("--time", t.time, "TIME",
       "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
@@ -113,6 +117,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
     o.heights.above_ground_m = parse_number("--scene-height", t.scene_height);
     if (!(*o.heights.above_ground_m > 0.0)) throw UsageError("--scene-height: " + t.scene_height + " is not above 0 metres");
   }
+  o.resolution = parse_resolution(t.resolution, t.window);
   if (!t.time.empty()) {
     if (steps_given)
       throw UsageError("--steps and --time both say when training ends; give one of them");

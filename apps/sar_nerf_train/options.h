@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "resolution_option.h"
 #include "sarnerf/nerf/training_set.h"
 #include "shared_options.h"
 #include "view_choice.h"
@@ -19,6 +20,7 @@ struct Options {
   std::string field = "grid";
   std::optional<bool> surfaces;  ///< unless the images decide
   SceneHeights heights;          ///< unless told, the images decide
+  ResolutionChoice resolution;   ///< unless told, the dataset says
   std::int64_t steps = 0;        ///< 0: as many as suit the images
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
   std::string holdout_text = "auto";

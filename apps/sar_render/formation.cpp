@@ -12,38 +12,11 @@ ImpulseResponse response_of(const Options& o) {
   return impulse_response(o.formation, o.spacing_m.first, o.spacing_m.second);
 }
 
-template <class T>
-Image<T> cut(Image<T> image, const Border& border) {
-  if (border.azimuth == 0 && border.range == 0) return image;
-  Image<T> inside(image.n_azimuth() - 2 * border.azimuth, image.n_range() - 2 * border.range);
-  for (int i = 0; i < inside.n_azimuth(); ++i) {
-    const auto from = image.row(i + border.azimuth)
-                          .subspan(static_cast<std::size_t>(border.range), inside.row(i).size());
-    std::copy(from.begin(), from.end(), inside.row(i).begin());
-  }
-  return inside;
-}
-
 }  // namespace
 
 Border border_of(const Options& o) {
   if (!o.formation.resolution_m) return {};
-  const ImpulseResponse response = response_of(o);
-  return {std::min(response.azimuth.border, o.size->first), std::min(response.range.border, o.size->second)};
-}
-
-Acquisition widened(Acquisition acquisition, const Border& border) {
-  acquisition.n_azimuth += 2 * border.azimuth;
-  acquisition.n_range += 2 * border.range;
-  return acquisition;
-}
-
-Image<float> without_border(Image<float> image, const Border& border) {
-  return cut(std::move(image), border);
-}
-
-Image<std::uint8_t> without_border(Image<std::uint8_t> image, const Border& border) {
-  return cut(std::move(image), border);
+  return border_of(response_of(o), o.size->first, o.size->second);
 }
 
 std::uint64_t formation_memory_bytes(const ImageFormation& formation, const Acquisition& acquisition) {

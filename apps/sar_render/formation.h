@@ -7,26 +7,13 @@
 
 #include "options.h"
 #include "recipe.h"
-#include "sarnerf/core/image.h"
+#include "sarnerf/core/impulse_response.h"
 
 namespace sarnerf::app {
 
-/// Pixels rendered on every side of the image and cut off after its formation, so that its borders
-/// receive what leaks into them from beyond.
-struct Border {
-  int azimuth = 0;
-  int range = 0;
-};
-
-/// Wide enough for all but 1 % of the impulse response's energy, at most one image on each side. The size
-/// must be decided. Zero without an impulse response.
+/// Pixels rendered on every side of the image and cut off after its formation, so that its borders receive what leaks into
+/// them from beyond. The size must be decided. Zero without an impulse response.
 Border border_of(const Options& options);
-
-/// The same view of a wider image: both are centred on the aim point, so rows and bins coincide.
-Acquisition widened(Acquisition acquisition, const Border& border);
-
-Image<float> without_border(Image<float> image, const Border& border);
-Image<std::uint8_t> without_border(Image<std::uint8_t> image, const Border& border);
 
 /// Bytes that forming this view's image takes beside the image.
 std::uint64_t formation_memory_bytes(const ImageFormation& formation, const Acquisition& acquisition);

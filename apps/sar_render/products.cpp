@@ -7,6 +7,7 @@
 
 #include "formation.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/inner_image.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/render/framing.h"
 

@@ -28,6 +28,9 @@ std::string manifest_of(const Job& job, const Json& recipe, const std::vector<ch
     if (images[n]) dataset.views.push_back(job.views[n]);
   }
   dataset.scene_box_m = scene_box_of_swath(job.aim_m, dataset.views);
+  const ImageFormation& formation = job.options.formation;
+  if (formation.resolution_m)
+    dataset.resolution = Resolution{formation.resolution_m->first, formation.resolution_m->second, formation.window};
   Json provenance;
   provenance["program"] = recipe.at("program");
   provenance["recipe"] = "recipe.json";

@@ -29,6 +29,7 @@ Chip chip_of(const PhoenixChip& phoenix, double assumed_range_m) {
   const double rounded_deg = std::round(depression_deg);
   chip.nominal_depression_deg =
       phoenix.desired_depression_deg.value_or(rounded_deg > 0.0 ? rounded_deg : depression_deg);
+  chip.resolution = phoenix.resolution;
   chip.range_is_assumed = !phoenix.measured_range_m && !phoenix.desired_range_m;
 
   DatasetView& view = chip.view;

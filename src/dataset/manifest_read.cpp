@@ -148,6 +148,22 @@ std::vector<DatasetView> read_views(const JsonReader& reader, const glm::dvec3& 
   return views;
 }
 
+Resolution read_resolution(JsonReader reader) {
+  Resolution resolution;
+  const JsonReader widths = reader.at("resolution_m");
+  if (widths.array_size() != 2) widths.fail("expected two widths in metres, azimuth and range");
+  resolution.azimuth_m = widths.at(0).positive_number();
+  resolution.range_m = widths.at(1).positive_number();
+  const JsonReader window = reader.at("window");
+  try {
+    resolution.window = window_from_text(window.text());
+  } catch (const UsageError& e) {
+    window.fail(e.what());
+  }
+  reader.finish();
+  return resolution;
+}
+
 std::map<std::string, std::vector<std::string>> read_splits(JsonReader reader,
                                                             const std::vector<DatasetView>& views) {
   std::set<std::string> free;
@@ -185,6 +201,7 @@ Dataset parse_manifest(std::string_view text, const std::string& where) {
   dataset.scale = reader.at("scale").positive_number();
   dataset.aim_m = read_vector(reader.at("aim_m"));
   dataset.scene_box_m = read_box(reader.at("scene_box_m"));
+  if (reader.has("impulse_response")) dataset.resolution = read_resolution(reader.at("impulse_response"));
   dataset.views = read_views(reader.at("views"), dataset.aim_m);
   if (reader.has("splits")) dataset.splits = read_splits(reader.at("splits"), dataset.views);
   const JsonReader provenance = reader.at("provenance");

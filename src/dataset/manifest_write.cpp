@@ -57,6 +57,8 @@ std::string manifest_text(const Dataset& dataset) {
   head["aim_m"] = vector_json(dataset.aim_m);
   head["scene_box_m"] =
       Json::array({vector_json(dataset.scene_box_m.min), vector_json(dataset.scene_box_m.max)});
+  if (const auto& r = dataset.resolution)
+    head["impulse_response"] = {{"resolution_m", {r->azimuth_m, r->range_m}}, {"window", text_of(r->window)}};
   if (!dataset.splits.empty()) head["splits"] = dataset.splits;
   std::string text;
   try {

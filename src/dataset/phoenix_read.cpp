@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "phoenix_header.h"
+#include "sarnerf/core/error.h"
 #include "sarnerf/core/input_file.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/depression.h"
@@ -102,6 +103,21 @@ std::optional<double> range_m(const PhoenixHeader& header, std::string_view name
   return value;
 }
 
+/// Of weightings as the headers write them, "-35dB_Taylor", with the usual four nearly equal sidelobes; none for others.
+std::optional<Resolution> resolution_in(const PhoenixHeader& header) {
+  const auto azimuth_m = header.number("CrossRangeResolution"), range_m = header.number("RangeResolution");
+  const std::string weighting = header.text("RangeWeighting");
+  const std::size_t unit = weighting.find("dB_Taylor");
+  if (!azimuth_m || !range_m || !(*azimuth_m > 0.0) || !(*range_m > 0.0) || unit == std::string::npos ||
+      header.text("CrossRangeWeighting") != weighting)
+    return {};
+  try {
+    return Resolution{*azimuth_m, *range_m, window_from_text("taylor:" + weighting.substr(0, unit))};
+  } catch (const UsageError&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 PhoenixChip parse_phoenix(std::span<const std::byte> bytes, const std::string& where) {
@@ -120,6 +136,7 @@ PhoenixChip parse_phoenix(std::span<const std::byte> bytes, const std::string& w
   chip.measured_range_m = range_m(header, "MeasuredRange");
   chip.range_spacing_m = header.positive_number("RangePixelSpacing");
   chip.cross_range_spacing_m = header.positive_number("CrossRangePixelSpacing");
+  chip.resolution = resolution_in(header);
   chip.target_type = header.text("TargetType");
   chip.target_serial = header.text("TargetSerNum");
   chip.file_name = header.text("Filename");

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/input_text.h"
 #include "sarnerf/dataset/phoenix.h"
 
@@ -57,6 +58,12 @@ std::string header_text(const PhoenixChip& chip, std::size_t header_bytes) {
   append(h, "RadarPosition", std::string("bottom"));
   append(h, "RangePixelSpacing", chip.range_spacing_m);
   append(h, "CrossRangePixelSpacing", chip.cross_range_spacing_m);
+  if (const auto& r = chip.resolution; r && r->window.kind == Window::Kind::taylor && r->window.nbar == Window{}.nbar) {
+    append(h, "RangeResolution", r->range_m);
+    append(h, "CrossRangeResolution", r->azimuth_m);
+    append(h, "RangeWeighting", format("%.17gdB_Taylor", r->window.sidelobe_db));
+    append(h, "CrossRangeWeighting", format("%.17gdB_Taylor", r->window.sidelobe_db));
+  }
   return h + "[EndofPhoenixHeader]\n";
 }
 

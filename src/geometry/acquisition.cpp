@@ -16,6 +16,12 @@ double slant_range_from_altitude_m(double altitude_m, double incidence_rad) {
   return altitude_m / std::cos(incidence_rad);
 }
 
+Acquisition widened(Acquisition acquisition, const Border& border) {
+  acquisition.n_azimuth += 2 * border.azimuth;
+  acquisition.n_range += 2 * border.range;
+  return acquisition;
+}
+
 void validate(const Acquisition& a) {
   const auto fail = [](const std::string& what) { throw GeometryError(what); };
   const auto finite = [&](double value, const char* what) {

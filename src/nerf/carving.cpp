@@ -45,7 +45,7 @@ std::vector<double> first_returns(const PosedImage& image, double zero_level) {
 
 std::vector<Witness> witnesses(const TrainingSet& set) {
   std::vector<Witness> views;
-  for (const PosedImage& image : set.images)
+  for (const PosedImage& image : set.appearances())
     views.push_back({image.acquisition, radar_frame(image.acquisition), first_returns(image, kZero * double{set.peak})});
   return views;
 }

@@ -25,6 +25,9 @@ constexpr double kSmoothings[] = {1.0, 2.0, 4.0, 8.0, 16.0};
 /// Pixels count as ground where their surroundings, of so many pixels' standard deviation, are between half and twice as bright.
 constexpr double kSurroundings = 1.5, kAlike = 2.0;
 
+/// Of all pixels, that look like ground: less is no ground, but what falls off around an object, its speckled sidelobes.
+constexpr double kLeastShare = 0.25;
+
 /// Incidences that differ less belong to one pitch (0.25°).
 constexpr double kOnePitch_rad = 0.0043633;
 
@@ -175,6 +178,15 @@ double gain_over_ground(const PosedImage& image, const LevelGround& ground, cons
   return seen > 0.0 && expected > 0.0 ? seen / expected : gain;
 }
 
+double share_of(std::span<const Image<std::uint8_t>> like) {
+  std::size_t n_like = 0, n = 0;
+  for (const Image<std::uint8_t>& image : like) {
+    n += image.pixels().size();
+    for (const std::uint8_t l : image.pixels()) n_like += l;
+  }
+  return n > 0 ? static_cast<double>(n_like) / static_cast<double>(n) : 0.0;
+}
+
 /// Mean gain of each pitch goes to the ground, what is left of a view's gain stays with the view.
 void share_gains(Views images, std::span<const double> gain, LevelGround& ground, std::vector<double>& of_view) {
   std::vector<std::size_t> order(images.size());
@@ -230,6 +242,7 @@ std::optional<Clutter> find_clutter(Views images, const Box& box_m) {
     usual = usual_mean(images, *found);
     ground->texture = smoothed_texture(images, *found, clutter.like_ground, usual);
   }
+  if (share_of(clutter.like_ground) < kLeastShare) return {};
   clutter.ground = std::move(ground);
   return clutter;
 }

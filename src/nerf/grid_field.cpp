@@ -119,6 +119,7 @@ GridField refined(const GridField& field) {
   const GridTransform transform{field.transform().origin_m, 0.5 * field.transform().voxel_size_m};
   GridField fine(transform, field.channels().harmonics_degree, field.source_scale());
   fine.ground = field.ground;
+  fine.resolution = field.resolution;
   const auto n_source = static_cast<std::size_t>(field.channels().n_source());
 
   // Interpolated are depth per metre (κ) and coefficients; voxels outside give neither, so that active ones only

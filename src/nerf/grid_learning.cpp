@@ -44,6 +44,7 @@ GridField initial_grid_field(const TrainingSet& set, const GridOptions& options)
   CarvedVoxels carved = carve(set, transform);
   GridField field(transform, options.harmonics_degree, double{set.bright});
   if (set.clutter) field.ground = set.clutter->ground;
+  field.resolution = set.resolution;
   const auto n = std::count(carved.active.begin(), carved.active.end(), std::uint8_t{1});
   auto coefficients = torch::zeros({n, field.channels().n_source()});
   coefficients.select(1, 0).fill_(options.initial_brightness * std::sqrt(4.0 * std::numbers::pi));

@@ -5,6 +5,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/grid_field.h"
 #include "ground_archive.h"
+#include "resolution_archive.h"
 #include "residual_archive.h"
 #include "voxel_archive.h"
 
@@ -26,6 +27,7 @@ Archive GridField::state() const {
             {"harmonics_degree", channels_.harmonics_degree},
             {"source_scale", source_scale_}});
   if (ground) add_ground(archive, *ground);
+  if (resolution) add_resolution(archive, *resolution);
   if (residuals) add_residuals(archive, *residuals);
   return archive;
 }
@@ -59,6 +61,7 @@ GridField restore_grid_field(const Archive& archive, const std::string& where) {
   GridField field(transform, degree, scale);
   field.set_voxels(std::move(carved.topology), carved.active, log_depth.clone(), coefficients.clone());
   field.ground = ground_of(archive, where);
+  field.resolution = resolution_of(archive, where);
   field.residuals = residuals_of(archive, where);
   return field;
 }

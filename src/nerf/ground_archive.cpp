@@ -5,13 +5,12 @@
 #include <cmath>
 
 #include "archive_text.h"
+#include "image_tensor.h"
 
 namespace sarnerf {
 
 void add_ground(Archive& archive, const LevelGround& ground) {
-  torch::Tensor texture = torch::empty({ground.texture.n_azimuth(), ground.texture.n_range()}, torch::kFloat);
-  std::copy(ground.texture.pixels().begin(), ground.texture.pixels().end(), texture.data_ptr<float>());
-  archive.tensors["ground_texture"] = texture;
+  archive.tensors["ground_texture"] = tensor_of(ground.texture);
   add_text(archive, "ground",
            {{"height_m", ground.height_m},
             {"cell_m", ground.cell_m},
@@ -40,8 +39,7 @@ std::shared_ptr<const LevelGround> ground_of(const Archive& archive, const std::
           "the ground's gains do not belong to its incidences");
   ground->first_x_m = first_m[0];
   ground->first_z_m = first_m[1];
-  ground->texture = Image<float>(static_cast<int>(texture.size(0)), static_cast<int>(texture.size(1)));
-  std::copy_n(texture.data_ptr<float>(), texture.numel(), ground->texture.pixels().begin());
+  ground->texture = image_of(texture);
   return ground;
 }
 

@@ -112,6 +112,7 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
   }
   MlpField field(std::move(network), meaning, transform, std::move(carved));
   if (set.clutter) field.ground = set.clutter->ground;
+  field.resolution = set.resolution;
   return field;
 }
 

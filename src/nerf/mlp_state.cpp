@@ -4,6 +4,7 @@
 
 #include "archive_text.h"
 #include "ground_archive.h"
+#include "resolution_archive.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/mlp_field.h"
 #include "voxel_archive.h"
@@ -22,6 +23,7 @@ Archive MlpField::state() const {
   archive.tensors["extinction"] = torch::tensor(extinction);
   archive.tensors["parameters"] = network_.parameters.detach().clone();
   if (ground) add_ground(archive, *ground);
+  if (resolution) add_resolution(archive, *resolution);
   const MlpShape& s = network_.shape;
   add_text(archive, "field",
            {{"kind", kind()},
@@ -93,6 +95,7 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
   field.restore_cache({extinction.data_ptr<float>(), field.cache().n_voxels()},
                       number("least_depth"));
   field.ground = ground_of(archive, where);
+  field.resolution = resolution_of(archive, where);
   return field;
 }
 

@@ -83,7 +83,7 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options) : state_(std::m
   state_->set = std::move(set);
   state_->options = options;
   state_->learner = make_learner(state_->set, options);
-  for (const PosedImage& image : state_->set.images)
+  for (const PosedImage& image : state_->set.appearances())
     state_->mean_square_of_set += mean_square(image.power.pixels()) / static_cast<double>(state_->set.images.size());
   if (state_->set.clutter) state_->clutter_level = state_->set.clutter->ground->mean_power();
   state_->queue = RowQueue(options.seed);
@@ -101,7 +101,7 @@ StepReport Trainer::step(double progress) {
   std::vector<float> wanted, counts;  // pixels, and 1 where they count
   for (int n = 0; n < s.options.rows_per_step && !s.queue.empty(); ++n) {
     const RowQueue::Draw draw = s.queue.next();
-    const PosedImage& image = s.set.images[draw.row.view];
+    const PosedImage& image = s.set.appearances()[draw.row.view];
     const auto i = static_cast<int>(draw.row.row);
     RowRequest request{image.acquisition, i, draw.along_track_jitter, draw.fan_jitter};
     StandingView part{request.least_angle_rad, request.most_angle_rad, 0, image.power.n_range()};

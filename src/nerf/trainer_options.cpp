@@ -83,7 +83,7 @@ constexpr double kIncidencesDiffer = 5.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kLeastForSurfaces = 36;
 
 bool images_tell_surfaces(const TrainingSet& set) {
-  if (set.images.size() < kLeastForSurfaces || has_background(set.images)) return false;
+  if (set.images.size() < kLeastForSurfaces || set.background) return false;
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const PosedImage& image : set.images) {
     least = std::min(least, image.acquisition.incidence_rad);
@@ -148,7 +148,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.final_distortion = 0.05;
   }
   if (set.clutter) learn_over_ground(options, set);
-  if (has_background(set.images) && !set.clutter) {
+  if (set.background && !set.clutter) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
     options.grid.initial_depth = 0.01;
     options.grid.n_levels = 3;

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "ground_height.h"
+#include "sharpened.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/format.h"
 #include "sarnerf/dataset/background.h"
@@ -50,10 +51,16 @@ bool is_mostly_tails(const std::vector<PosedImage>& images, float peak) {
   return 5 * n_dark > 4 * n;
 }
 
-void darken_tails(std::vector<PosedImage>& images, float peak) {
+std::vector<PosedImage> without_tails(std::vector<PosedImage> images, float peak) {
   for (PosedImage& image : images)
     for (float& p : image.power.pixels())
       if (p < kTail * peak) p = 0.0f;
+  return images;
+}
+
+void divide(std::vector<PosedImage>& images, const std::vector<double>& gains) {
+  for (std::size_t v = 0; v < images.size(); ++v)
+    for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / gains[v]);
 }
 
 /// Makes a height the bottom of the box.
@@ -68,7 +75,8 @@ void put_ground(std::optional<double> height_m, Box& box_m) {
 
 }  // namespace
 
-TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights) {
+TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights,
+                         const std::optional<Resolution>& resolution) {
   if (images.empty()) throw InputError("there is no image to learn from");
   TrainingSet set;
   const glm::dvec3 aim_m = images.front().acquisition.aim_m;
@@ -80,21 +88,26 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   if (!(set.peak > 0.0f))
     throw InputError("all pixels of the images to learn from are 0: there is nothing to learn; were they rendered "
                      "with another aim point than the dataset says?");
-  set.bright = mean_of_brightest(images);
   put_ground(heights.ground_m ? std::optional(*heights.ground_m - aim_m.y) : ground_height_m(images, set.box_m), set.box_m);
-  set.clutter = find_clutter(images, set.box_m);
+  if (is_speckled(images)) set.clutter = find_clutter(images, set.box_m);
+  if (resolution && !set.clutter) {
+    set.resolution = resolution;
+    set.cleaned = sharpened(images, *resolution);
+  }
+  set.images = std::move(images);
+  set.bright = mean_of_brightest(set.appearances());
+  if (!set.clutter) set.clutter = find_clutter(set.appearances(), set.box_m);
   if (set.clutter) {
     if (set.clutter->speckled || heights.above_ground_m)
       set.box_m.max.y =
-          std::min(set.box_m.max.y, set.box_m.min.y + heights.above_ground_m.value_or(0.25 * level_width_m(images)));
-    for (std::size_t v = 0; v < images.size(); ++v)
-      for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / set.clutter->gain[v]);
-  }
-  if (!set.clutter && has_background(images) && is_mostly_tails(images, set.peak)) {
-    darken_tails(images, set.peak);
+          std::min(set.box_m.max.y, set.box_m.min.y + heights.above_ground_m.value_or(0.25 * level_width_m(set.images)));
+    divide(set.images, set.clutter->gain);
+    divide(set.cleaned, set.clutter->gain);
+  } else if (!set.resolution && has_background(set.images) && is_mostly_tails(set.images, set.peak)) {
+    set.cleaned = without_tails(set.images, set.peak);
     set.tails_are_dark = true;
   }
-  set.images = std::move(images);
+  set.background = has_background(set.appearances());
   return set;
 }
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "clones.h"
+#include "sarnerf/core/clones.h"
 #include "sarnerf/render/error_estimate.h"
 
 namespace sarnerf {

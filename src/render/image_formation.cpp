@@ -5,9 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "sarnerf/core/convolve_power.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/parallel.h"
-#include "separable_filter.h"
 #include "speckle.h"
 
 namespace sarnerf {
@@ -15,45 +14,6 @@ namespace {
 
 constexpr double kMostLooks = 1000.0;
 constexpr double kMostNoiseDb = 300.0;
-constexpr std::size_t kRowsAtOnce = 4;
-
-/// The response of mean power: |h_n|².
-std::vector<double> power_taps(const Kernel& kernel) {
-  std::vector<double> taps = kernel.taps;
-  for (double& tap : taps) tap *= tap;
-  return taps;
-}
-
-void convolve_power(Image<float>& beta0, const ImpulseResponse& response, const Monitor& monitor) {
-  const std::vector<double> along_range = power_taps(response.range);
-  const std::vector<double> along_azimuth = power_taps(response.azimuth);
-  const auto n_azimuth = static_cast<std::size_t>(beta0.n_azimuth());
-  const auto width = static_cast<std::size_t>(beta0.n_range());
-  Plane plane(beta0.n_azimuth(), beta0.n_range());
-  parallel_for(n_azimuth, kRowsAtOnce, [&](std::size_t begin, std::size_t end, int) {
-    monitor.check();
-    std::vector<double> row(width);
-    for (std::size_t n = begin; n < end; ++n) {
-      const int i = static_cast<int>(n);
-      std::fill(row.begin(), row.end(), 0.0);
-      for (int j = 0; j < beta0.n_range(); ++j) {
-        if (beta0(i, j) == 0.0f) continue;
-        plane.row_used[n] = 1;
-        spread(beta0(i, j), along_range, j, row);
-      }
-      for (std::size_t j = 0; j < width; ++j) plane.values.row(i)[j] = static_cast<float>(row[j]);
-    }
-  });
-  parallel_for(n_azimuth, kRowsAtOnce, [&](std::size_t begin, std::size_t end, int) {
-    monitor.check();
-    std::vector<double> row(width);
-    for (std::size_t n = begin; n < end; ++n) {
-      const int i = static_cast<int>(n);
-      gather_rows(plane, along_azimuth, i, row);
-      for (std::size_t j = 0; j < width; ++j) beta0.row(i)[j] = static_cast<float>(row[j]);
-    }
-  });
-}
 
 /// N_j of every bin, 0 where no incidence exists.
 std::vector<double> noise_power(double nesz_db, const Acquisition& acquisition, double reference_height_m) {
@@ -98,12 +58,8 @@ void validate(const ImageFormation& formation, double azimuth_spacing_m, double 
 
 ImpulseResponse impulse_response(const ImageFormation& f, double azimuth_spacing_m, double range_spacing_m) {
   if (!f.resolution_m) return {};
-  ImpulseResponse response;
-  response.azimuth = make_kernel(f.window, f.resolution_m->first, azimuth_spacing_m);
-  const bool same = f.resolution_m->first == f.resolution_m->second && azimuth_spacing_m == range_spacing_m;
-  response.range =
-      same ? response.azimuth : make_kernel(f.window, f.resolution_m->second, range_spacing_m);
-  return response;
+  return impulse_response(Resolution{f.resolution_m->first, f.resolution_m->second, f.window}, azimuth_spacing_m,
+                          range_spacing_m);
 }
 
 std::vector<double> look_weights(double looks) {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "clones.h"
+#include "sarnerf/core/clones.h"
 
 namespace sarnerf {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clones.h"
+#include "sarnerf/core/clones.h"
 #include "shade.h"
 
 namespace sarnerf {

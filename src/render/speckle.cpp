@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "sarnerf/core/parallel.h"
-#include "separable_filter.h"
+#include "sarnerf/core/separable_filter.h"
 
 namespace sarnerf {
 namespace {

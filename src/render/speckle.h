@@ -5,7 +5,7 @@
 
 #include "sarnerf/core/image.h"
 #include "sarnerf/core/monitor.h"
-#include "sarnerf/render/impulse_response.h"
+#include "sarnerf/core/impulse_response.h"
 #include "white_noise.h"
 
 namespace sarnerf {

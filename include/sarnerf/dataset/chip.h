@@ -18,6 +18,7 @@ struct Chip {
   double nominal_depression_deg = 0.0;  ///< what the set is filed under: 15, 17, 30
   bool depression_is_nominal = false;   ///< no measured one is known, the view has the nominal one
   bool range_is_assumed = false;
+  std::optional<Resolution> resolution;  ///< of its impulse response, where the file says it
 };
 
 /// An azimuth of any number of turns brought to [0°, 360°).

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sarnerf/core/impulse_response.h"
 #include "sarnerf/dataset/calibration.h"
 #include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/geometry/box.h"
@@ -45,6 +46,7 @@ struct Dataset {
   double scale = 1.0;  ///< physical value = stored value or code × scale
   glm::dvec3 aim_m{0.0};
   Box scene_box_m;  ///< what the swath sees; see scene_box_of_swath
+  std::optional<Resolution> resolution;  ///< of the impulse response that all images have; none: unknown, or none
   std::vector<DatasetView> views;
   std::map<std::string, std::vector<std::string>> splits;  ///< name to images, disjoint
   std::string provenance_json = "{}";  ///< a JSON object, kept as it is

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sarnerf/core/image.h"
+#include "sarnerf/core/impulse_response.h"
 
 /// Phoenix files, the form in which the MSTAR target chips are published: a header of ASCII lines "Name= value", then
 /// the magnitudes of all pixels, then their phases.
@@ -27,6 +28,7 @@ struct PhoenixChip {
   std::optional<double> desired_depression_deg, measured_depression_deg;  ///< at least one
   std::optional<double> desired_range_m, measured_range_m;                ///< radar to aim point
   double range_spacing_m = 0.0, cross_range_spacing_m = 0.0;              ///< of rows; of columns
+  std::optional<Resolution> resolution;  ///< where the header says widths and "-35dB_Taylor" or the like for both axes
   std::string target_type, target_serial, file_name;                      ///< empty: unknown
 
   Image<float> magnitude;  ///< [rows × columns], linear amplitude

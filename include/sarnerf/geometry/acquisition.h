@@ -4,6 +4,8 @@
 #include <glm/glm.hpp>
 #include <numbers>
 
+#include "sarnerf/core/impulse_response.h"
+
 namespace sarnerf {
 
 enum class Look { right, left };
@@ -44,6 +46,10 @@ double slant_range_from_altitude_m(double altitude_m, double incidence_rad);
 /// Throws GeometryError unless all of the acquisition is finite and possible: incidence inside
 /// (0°, 90°), positive spacings, at least one pixel, and every bin in front of the radar.
 void validate(const Acquisition& acquisition);
+
+/// The same view with a border on every side: both are centred on the aim point, so what they share
+/// coincides.
+Acquisition widened(Acquisition acquisition, const Border& border);
 
 /// Unit vectors of the radar in world coordinates; columns of printed eq. 19.
 struct RadarFrame {

@@ -4,11 +4,13 @@
 #include <torch/types.h>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "sarnerf/core/image.h"
+#include "sarnerf/core/impulse_response.h"
 #include "sarnerf/geometry/box.h"
 #include "sarnerf/nerf/archive.h"
 #include "sarnerf/nerf/row_renderer.h"
@@ -47,11 +49,15 @@ class LearnedField {
   /// Adds to a rendered view what is known beyond the field; nothing, unless told otherwise.
   virtual void correct_view(Image<float>&, const Acquisition&) const {}
 
+  /// Of the radar that made the images, where the field is the scene without its impulse response.
+  std::optional<Resolution> resolution;
+
   /// Everything that restores it: see restore_field().
   virtual Archive state() const = 0;
 };
 
-/// A view at the sampling that evaluation uses: rays every half voxel, three to a row; with correct_view().
+/// A view at the sampling that evaluation uses: rays every half voxel, three to a row; through the field's impulse response,
+/// where it has one, with what leaks in from beyond the image; with correct_view().
 Image<float> render_view(const LearnedField& field, const Acquisition& acquisition);
 
 /// The field of a model file. Throws CheckpointError for an unknown kind, another version, or damaged contents.

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "sarnerf/core/impulse_response.h"
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/geometry/box.h"
 #include "sarnerf/nerf/clutter.h"
@@ -17,7 +18,14 @@ struct TrainingSet {
   float peak = 0.0f;               ///< largest pixel: what PSNR refers to
   float bright = 0.0f;             ///< mean of the brightest hundredth of the pixels above 0: scale of the brightness
   std::optional<Clutter> clutter;  ///< a level ground, where the images show one
-  bool tails_are_dark = false;     ///< pixels 40 dB below the peak were made 0
+  bool background = false;         ///< most pixels return power: zeros tell nothing of space
+  bool tails_are_dark = false;     ///< pixels 40 dB below the peak are taken for 0
+  /// Of the radar that made the images, where the field is to be the scene without its impulse response.
+  std::optional<Resolution> resolution;
+  std::vector<PosedImage> cleaned;  ///< then, the images without it as far as each tells by itself; or those without tails
+
+  /// What the field itself is to look like.
+  const std::vector<PosedImage>& appearances() const { return cleaned.empty() ? images : cleaned; }
 };
 
 /// What is known of a scene beside its box, which else follows from the images.
@@ -33,10 +41,15 @@ struct SceneHeights {
 /// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest; its bottom becomes the ground's
 /// height.
 ///
+/// `resolution`: of the radar that made the images. Unless they show a speckled ground, which sharpening would turn into
+/// spikes, it becomes the set's, and all that is learned, carved and found of a ground comes from the sharpened images.
+///
 /// Where images show a level ground, they are divided by their gains. Where they show none and four fifths of their pixels
-/// are 40 dB darker than the brightest one, those are the tails of an impulse response, and become 0: what is dark carves.
+/// are 40 dB darker than the brightest one and no resolution is told, those are the tails of an impulse response, and count as
+/// 0: what is dark carves.
 ///
 /// Throws InputError for images without any power, and UsageError where the ground that is told is not below the box's top.
-TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {});
+TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {},
+                         const std::optional<Resolution>& resolution = {});
 
 }  // namespace sarnerf

@@ -10,7 +10,7 @@
 #include "sarnerf/core/image.h"
 #include "sarnerf/core/monitor.h"
 #include "sarnerf/geometry/acquisition.h"
-#include "sarnerf/render/impulse_response.h"
+#include "sarnerf/core/impulse_response.h"
 
 namespace sarnerf {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/render/impulse_response.h"
+#include "sarnerf/core/impulse_response.h"
 
 #include <algorithm>
 #include <cmath>
@@ -64,6 +64,14 @@ Kernel make_kernel(const Window& window, double resolution_m, double spacing_m) 
   return kernel;
 }
 
+ImpulseResponse impulse_response(const Resolution& r, double azimuth_spacing_m, double range_spacing_m) {
+  ImpulseResponse response;
+  response.azimuth = make_kernel(r.window, r.azimuth_m, azimuth_spacing_m);
+  const bool same = r.azimuth_m == r.range_m && azimuth_spacing_m == range_spacing_m;
+  response.range = same ? response.azimuth : make_kernel(r.window, r.range_m, range_spacing_m);
+  return response;
+}
+
 double Kernel::energy_inside(int index, int count) const {
   const int r = reach();
   double energy = 0.0;
@@ -72,6 +80,10 @@ double Kernel::energy_inside(int index, int count) const {
     energy += tap * tap;
   }
   return energy;
+}
+
+Border border_of(const ImpulseResponse& response, int n_azimuth, int n_range) {
+  return {std::min(response.azimuth.border, n_azimuth), std::min(response.range.border, n_range)};
 }
 
 }  // namespace sarnerf

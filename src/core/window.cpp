@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/render/window.h"
+#include "sarnerf/core/window.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/render/window.h"
+#include "sarnerf/core/window.h"
 
 #include <cmath>
 
 #include "catch.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/units.h"
-#include "sarnerf/render/impulse_response.h"
+#include "sarnerf/core/impulse_response.h"
 
 using namespace sarnerf;
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sarnerf/render/window.h"
+#include "sarnerf/core/window.h"
 
 namespace sarnerf {
 
@@ -21,9 +21,17 @@ struct Kernel {
   double energy_inside(int index, int count) const;
 };
 
-/// The separable impulse response of a processor.
+/// The separable impulse response of a processor. Default-constructed it leaves images alone.
 struct ImpulseResponse {
   Kernel azimuth, range;
+};
+
+/// What a radar resolves, and by which weighting of its band.
+struct Resolution {
+  double azimuth_m = 0.0, range_m = 0.0;  ///< −3 dB widths of |h|², along track and in slant range; not the pixel spacing
+  Window window;
+
+  bool operator==(const Resolution&) const = default;
 };
 
 /// Samples h at multiples of `spacing_m`, h the transform of the window on a band B = b / ρ, with ρ =
@@ -35,5 +43,16 @@ struct ImpulseResponse {
 /// 1 / spacing: then the samples are aliases, a point's energy depends on where in its pixel it lies,
 /// and no image of this spacing has this resolution.
 Kernel make_kernel(const Window& window, double resolution_m, double spacing_m);
+
+/// Both axes' kernels. Throws as make_kernel.
+ImpulseResponse impulse_response(const Resolution& resolution, double azimuth_spacing_m, double range_spacing_m);
+
+/// Pixels on every side of an image from which power leaks into it.
+struct Border {
+  int azimuth = 0, range = 0;
+};
+
+/// Wide enough for all but 1 % of the response's energy, at most one image of so many pixels on each side.
+Border border_of(const ImpulseResponse& response, int n_azimuth, int n_range);
 
 }  // namespace sarnerf

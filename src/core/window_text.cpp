@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "sarnerf/core/error.h"
-#include "sarnerf/render/window.h"
+#include "sarnerf/core/window.h"
 
 namespace sarnerf {
 namespace {

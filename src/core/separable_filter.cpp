@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "separable_filter.h"
+#include "sarnerf/core/separable_filter.h"
 
 #include <algorithm>
 
-#include "clones.h"
+#include "sarnerf/core/clones.h"
 
 namespace sarnerf {
 namespace {

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "response_matrix.h"
+
+#include <cstdlib>
+#include <map>
+#include <tuple>
+
+namespace sarnerf {
+namespace {
+
+torch::Tensor matrix_of(const Kernel& kernel, int n) {
+  torch::Tensor matrix = torch::zeros({n, n}, torch::kFloat);
+  auto entries = matrix.accessor<float, 2>();
+  for (int to = 0; to < n; ++to)
+    for (int from = 0; from < n; ++from) {
+      if (std::abs(to - from) > kernel.reach()) continue;
+      const double tap = kernel.taps[static_cast<std::size_t>(kernel.reach() + to - from)];
+      entries[to][from] = static_cast<float>(tap * tap);
+    }
+  return matrix;
+}
+
+}  // namespace
+
+std::vector<std::shared_ptr<const ResponseMatrix>> response_matrices(const std::vector<PosedImage>& images,
+                                                                     const Resolution& resolution) {
+  std::map<std::tuple<int, int, double, double>, std::shared_ptr<const ResponseMatrix>> known;
+  std::vector<std::shared_ptr<const ResponseMatrix>> matrices;
+  for (const PosedImage& image : images) {
+    const Acquisition& a = image.acquisition;
+    auto& matrix = known[{a.n_azimuth, a.n_range, a.azimuth_spacing_m, a.range_spacing_m}];
+    if (!matrix) {
+      const ImpulseResponse response = impulse_response(resolution, a.azimuth_spacing_m, a.range_spacing_m);
+      matrix = std::make_shared<ResponseMatrix>(
+          ResponseMatrix{matrix_of(response.azimuth, a.n_azimuth), matrix_of(response.range, a.n_range)});
+    }
+    matrices.push_back(matrix);
+  }
+  return matrices;
+}
+
+}  // namespace sarnerf
