@@ -11,13 +11,15 @@
 
 namespace sarnerf {
 
-/// What an impulse response makes of the mean power of one size of image, B X = A X R, as convolve_power() has it: both
-/// factors are symmetric, and so B is its own adjoint. Nothing comes in from beyond the borders. In products of matrices,
-/// which is what iterations ask for.
+/// What an impulse response makes of the mean power X of an image and a border around it: B X = A X R, what
+/// convolve_power() leaves inside of the border. In products of matrices, which is what iterations ask for.
 struct ResponseMatrix {
-  torch::Tensor azimuth, range;  ///< A [n_azimuth, n_azimuth], R [n_range, n_range], float32
+  Border border;
+  torch::Tensor azimuth;  ///< A [n_azimuth, n_azimuth + 2 border], float32
+  torch::Tensor range;    ///< R [n_range + 2 border, n_range]
 
-  torch::Tensor of(const torch::Tensor& image) const { return azimuth.matmul(image).matmul(range); }
+  torch::Tensor of(const torch::Tensor& wide) const { return azimuth.matmul(wide).matmul(range); }
+  torch::Tensor adjoint_of(const torch::Tensor& image) const { return azimuth.t().matmul(image).matmul(range.t()); }
 };
 
 /// The matrices of views in their order; views of one size and spacing share theirs. Throws UsageError where a spacing

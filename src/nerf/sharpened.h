@@ -12,7 +12,7 @@ namespace sarnerf {
 /// negative and, seen through the response, is the image (Richardson 1972, Lucy 1974). What is 40 dB below the largest pixel
 /// of all, and is no more than the tails that the iteration has not taken away yet, is 0.
 ///
-/// Cost: 600 products of matrices a view. Throws UsageError where a spacing under-samples the resolution.
+/// Cost: 240 products of matrices a view. Throws UsageError where a spacing under-samples the resolution.
 std::vector<PosedImage> sharpened(const std::vector<PosedImage>& images, const Resolution& resolution);
 
 }  // namespace sarnerf

@@ -57,6 +57,16 @@ TEST_CASE("image formation is off unless asked for, and then part of the recipe"
   CHECK(is_error_line(other.err, "formation.seed: 1 there, 2 now"));
 }
 
+TEST_CASE("a dataset says which impulse response its images have") {
+  const SceneFolder folder;
+  const std::vector<std::string> two{"box.obj", "--pitch", "50", "--azimuth", "0,30", "--size", "24x20", "--spacing", "0.2"};
+  REQUIRE(folder.run(joined(two, {"-o", "sharp"})).code == 0);
+  REQUIRE(folder.run(joined(two, {"-o", "seen", "--resolution", "0.5,0.4", "--window", "taylor:-30"})).code == 0);
+  CHECK_FALSE(sarnerf::read_manifest(folder / "sharp").resolution);
+  CHECK(sarnerf::read_manifest(folder / "seen").resolution ==
+        sarnerf::Resolution{0.5, 0.4, sarnerf::window_from_text("taylor:-30")});
+}
+
 TEST_CASE("speckle depends on seed and view, not on threads, sweeps or interruptions") {
   const SceneFolder folder;
   const auto sweep = [&](const std::string& output, const std::vector<std::string>& more) {

@@ -85,6 +85,32 @@ TEST_CASE("a run's configuration holds what the scene and its comparison were to
   CHECK_FALSE(std::filesystem::exists(scene / "high"));
 }
 
+TEST_CASE("an impulse response is told to training and taken from views again") {
+  const SmallScene scene;
+  const Outcome told = scene.train({"data", "-o", "run", "--steps", "30", "--resolution", "2,1.5", "--window", "taylor:-35", "--explain"});
+  INFO(told.err);
+  REQUIRE(told.code == 0);
+  CHECK(told.err.find("impulse response  2 x 1.5 m (azimuth x range), window taylor:-35,4") != std::string::npos);
+  const std::string config = read_text(scene / "run/config.toml");
+  for (const char* line : {"resolution = \"2.0,1.5\"", "window = \"taylor:-35,4\""}) CHECK(config.find(line) != std::string::npos);
+  REQUIRE(scene.train({"--config", "run/config.toml", "-o", "again"}).code == 0);
+  CHECK(read_text(scene / "again/config.toml") == config);
+
+  REQUIRE(scene.render({"run", "--azimuth", "20,40", "-o", "seen"}).code == 0);
+  REQUIRE(scene.render({"run", "--azimuth", "20,40", "--resolution", "none", "-o", "sharp"}).code == 0);
+  CHECK(read_text(scene / "seen/images/view_000.tif") != read_text(scene / "sharp/images/view_000.tif"));
+  CHECK(sarnerf::read_manifest(scene / "seen").resolution == sarnerf::read_model(scene / "run/model.pt").field->resolution);
+  CHECK_FALSE(sarnerf::read_manifest(scene / "sharp").resolution);
+  CHECK(scene.render({"run", "--azimuth", "20,40", "-o", "sharp"}).is_error("resolution_m"));
+
+  // A dataset that says it needs no option, and may be contradicted.
+  REQUIRE(scene.train({"seen", "-o", "auto", "--steps", "2"}).code == 0);
+  CHECK(sarnerf::read_model(scene / "auto/model.pt").field->resolution);
+  REQUIRE(scene.train({"seen", "-o", "none", "--steps", "2", "--resolution", "none"}).code == 0);
+  CHECK_FALSE(sarnerf::read_model(scene / "none/model.pt").field->resolution);
+  CHECK(scene.render({"none", "--resolution", "2"}).is_error("sar_nerf_train --resolution"));
+}
+
 TEST_CASE("training learns: held-out views come closer than they began") {
   const SmallScene scene(24);
   REQUIRE(scene.train({"data", "--steps", "300", "-o", "run", "--holdout", "4", "-q"}).code == 0);
@@ -136,6 +162,10 @@ TEST_CASE("options of training are checked before anything is written") {
   refused({"--option", "voxel_size_m=1e-5"}, "use larger ones");
   refused({"--max-memory", "1M"}, "--max-memory");
   refused({"--stops", "3"}, "--steps?");
+  refused({"--window", "hann"}, "give its --resolution too");
+  refused({"--resolution", "-1"}, "--resolution");
+  refused({"--resolution", "0.9", "--window", "tailor"}, "taylor");
+  refused({"--resolution", "0.01"}, "under-samples");
   CHECK(scene.train({"--resume", "nowhere"}).code == 3);
   CHECK(scene.train({"data", "-o", "data"}).is_error("is the dataset"));
   CHECK(scene.train({"--help"}).code == 0);

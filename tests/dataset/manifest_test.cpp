@@ -42,6 +42,7 @@ Dataset example() {
   d.views[1].serial = "A64";
   d.views[1].source = "HB03787.016 \"quoted\"";
   d.scene_box_m = scene_box_of_swath(d.aim_m, d.views);
+  d.resolution = Resolution{0.305, 0.4, window_from_text("taylor:-35")};
   d.splits = {{"train", {"images/a.tif"}}, {"test", {"images/b.tif"}}};
   d.provenance_json = R"({"program":"sar_render","a":1})";
   return d;
@@ -88,6 +89,7 @@ TEST_CASE("a manifest comes back as it was, and writes the same bytes again") {
   CHECK(back.views[1].look == Look::left);
   CHECK(back.views[1].source == d.views[1].source);
   CHECK_FALSE(back.views[0].altitude_m);
+  CHECK(back.resolution == d.resolution);
 
   const ScratchFolder folder;
   write_text(folder / "dataset.json", text);
@@ -148,6 +150,10 @@ TEST_CASE("each mistake is named with its place") {
       {{"\"images/a.tif\",\"az", "\"../a.tif\",\"az"}, {"", "inside the dataset"}},
       {{"\"images/a.tif\",\"az", "\"images/b.tif\",\"az"}, {"", "listed twice"}},
       {{"\"test\": [\n      \"images/b.tif\"", "\"test\": [\n      \"images/a.tif\""}, {"", "another split"}},
+      {{"0.305,", "0.0,"}, {"", "impulse_response.resolution_m[0]: expected a number above zero"}},
+      {{"0.305,", "0.305, 0.4,"}, {"", "impulse_response.resolution_m: expected two widths"}},
+      {{"taylor:-35,4", "tailor"}, {"", "impulse_response.window: "}},
+      {{"\"window\"", "\"windows\""}, {"", "impulse_response: the key \"window"}},
       {{"\"provenance\": {", "\"provenance\": [], \"x\": {"}, {"", "provenance: expected an object"}},
       {{"\"views\": [", "\"views\": [,"}, {"", "not valid JSON"}},
   };

@@ -8,6 +8,7 @@
 #include "phoenix_chips.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/input_text.h"
+#include "sarnerf/dataset/chip.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;
@@ -63,6 +64,21 @@ TEST_CASE("a Phoenix chip comes back as it was written") {
   CHECK(read.target_type == written.target_type);
   CHECK(read.target_serial == written.target_serial);
   CHECK(read.file_name == written.file_name);
+  CHECK_FALSE(read.resolution);
+}
+
+TEST_CASE("a Phoenix chip's resolution comes back where its header has widths and one weighting") {
+  PhoenixChip chip = numbered_chip();
+  chip.resolution = Resolution{0.3047, 0.35, window_from_text("taylor:-35")};
+  const std::string text = text_of(encode_phoenix(chip));
+  CHECK(parse(text).resolution == chip.resolution);
+  CHECK(chip_of(parse(text), 1.0).resolution == chip.resolution);
+  CHECK(parse(with_line(text, "RangeWeighting", "RangeWeighting= -30dB_Taylor")).resolution == std::nullopt);
+  CHECK(parse(with_line(text, "RangeWeighting", "RangeWeighting= boxcar")).resolution == std::nullopt);
+  CHECK(parse(with_line(text, "RangeResolution", "RangeResolution= 0")).resolution == std::nullopt);
+  // Others than Taylor's have no name there.
+  chip.resolution->window = window_from_text("hann");
+  CHECK_FALSE(parse(text_of(encode_phoenix(chip))).resolution);
 }
 
 TEST_CASE("the layout of a Phoenix file, byte by byte") {
