@@ -86,7 +86,7 @@ class Import {
       n_assumed += sources_[n].chip.range_is_assumed ? 1 : 0;
       n_nominal += sources_[n].chip.depression_is_nominal ? 1 : 0;
     }
-    dataset.resolution = common_resolution();
+    dataset.resolution = common_resolution(sources_);
     dataset.scene_box_m = scene_box_of_swath(dataset.aim_m, dataset.views);
     Json provenance{
         {"program", make_recipe(kProgram, Json::object(), Json::object()).at("program")},
@@ -106,13 +106,6 @@ class Import {
   }
 
  private:
-  /// Of all images, where they say the same.
-  std::optional<Resolution> common_resolution() const {
-    for (const Source& source : sources_)
-      if (source.chip.resolution != sources_.front().chip.resolution) return {};
-    return sources_.empty() ? std::nullopt : sources_.front().chip.resolution;
-  }
-
   void write_view(std::size_t n, const DisplayScale& scale) {
     const Chip chip = load(options_, sources_[n]);
     const auto tiff = encode_tiff(chip.image),

@@ -184,4 +184,11 @@ Chip load(const Options& o, const Source& source) {
                  source.file.string());
 }
 
+std::optional<Resolution> common_resolution(std::span<const Source> sources) {
+  if (sources.empty()) return {};
+  for (const Source& source : sources)
+    if (source.chip.resolution != sources.front().chip.resolution) return {};
+  return sources.front().chip.resolution;
+}
+
 }  // namespace sarnerf::app

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,5 +31,8 @@ void read_sizes(const Options& options, std::vector<Source>& sources, const Moni
 
 /// The source with its pixels, cropped. Throws InputError for a file that is bad by now.
 Chip load(const Options& options, const Source& source);
+
+/// The resolution of all chips' impulse responses, where their files say the same.
+std::optional<Resolution> common_resolution(std::span<const Source> sources);
 
 }  // namespace sarnerf::app

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "sarnerf/core/format.h"
+
 namespace sarnerf::app {
 namespace {
 
@@ -68,6 +70,8 @@ std::string summary_text(const Choice& choice) {
   text += "  spacing          " + span_text(all, "%.6g", of_view(&DatasetView::azimuth_spacing_m)) +
           " m azimuth, " + span_text(all, "%.6g", of_view(&DatasetView::range_spacing_m)) +
           " m slant range\n";
+  if (const auto r = common_resolution(all))
+    text += format("  resolution       %.6g m azimuth, %.6g m slant range, window %s\n", r->azimuth_m, r->range_m, text_of(r->window).c_str());
   const auto n_assumed = std::count_if(all.begin(), all.end(),
                                        [](const Source& s) { return s.chip.range_is_assumed; });
   text +=
