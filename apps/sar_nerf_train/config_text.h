@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <string>
+#include <tuple>
 
 #include "options.h"
 #include "sarnerf/nerf/trainer.h"
@@ -16,5 +19,9 @@ std::string config_text(const Options& options, const TrainerOptions& training);
 /// --steps and --time are passed over. Throws InputError for a file that is no configuration.
 std::string config_difference(const std::filesystem::path& found, const std::string& wanted,
                               bool with_length);
+
+/// smooth_density, smooth_source and smooth_angular of a run's config.toml; nothing where they are not all there. Throws
+/// InputError for a file that is no configuration.
+std::optional<std::tuple<double, double, double>> smoothness_in(const std::filesystem::path& found);
 
 }  // namespace sarnerf::app

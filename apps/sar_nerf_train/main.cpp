@@ -10,6 +10,7 @@
 #include "run_start.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/stopwatch.h"
+#include "smoothness_option.h"
 #include "torch_setup.h"
 #include "training_options.h"
 #include "training_run.h"
@@ -32,12 +33,14 @@ void run(const Options& asked, Console& console) {
 
   const Stopwatch loading;
   Data data = load_data(options, console, monitor);
+  times.add("load images", loading.seconds());
   if (options.steps == 0) options.steps = default_steps(data.set);
-  const TrainerOptions training = training_options(options, data.set);
+  const Stopwatch choosing;
+  const TrainerOptions training =
+      with_chosen_smoothness(options, training_options(options, data.set), data.set, folder, console, monitor);
+  if (options.smoothness.validated) times.add("choose smoothness", choosing.seconds());
   if (options.field == "mlp") warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
   const std::string config = config_text(options, training);
-  times.add("load images", loading.seconds());
-
   make_folder(folder.path());
   const FolderLock lock(folder.path());
   const Start start = start_run(options, folder, config, data.fingerprint, console);

@@ -37,7 +37,7 @@ constexpr const char* kExamples =
 /// The texts of all options, as given.
 struct Texts {
   std::string dataset, field = "grid", surfaces = "auto", ground_height = "auto", scene_height = "auto", steps = "auto", time;
-  std::string resolution = "auto", window;
+  std::string resolution = "auto", window, smoothness = "auto";
   std::string holdout = "auto", patience = "off", against, lpips, despeckle = "off", seed = "1";
   std::vector<std::string> training;
   std::string output, resume;
@@ -68,6 +68,9 @@ void add_options(CommandLine& command, Texts& t) {
   add("--resolution", t.resolution, "A[,R]|auto|none",
       "-3 dB widths (m) of the images' impulse response, which becomes part of the model; auto: what dataset.json says");
   add("--window", t.window, "NAME", "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
+  add("--smoothness", t.smoothness, "FACTOR|auto|validated",
+      "How alike neighbouring voxels are, over what suits as many views and looks; validated: chosen by held-out views, in "
+      "trainings of their own");
   add("--steps", t.steps, "N|auto", "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
   add("--time", t.time, "TIME",
       "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
@@ -106,6 +109,17 @@ void add_options(CommandLine& command, Texts& t) {
   p.footer(kExamples);
 }
 
+Smoothness parse_smoothness(const Texts& t) {
+  Smoothness smoothness;
+  if (t.smoothness == "auto") return smoothness;
+  if (t.field != "grid") throw UsageError("--smoothness is that of the field grid; leave it out");
+  smoothness.validated = t.smoothness == "validated";
+  if (!smoothness.validated) smoothness.factor = parse_between("--smoothness", t.smoothness, 0.0, 1e6);
+  if (smoothness.validated && !t.time.empty())
+    throw UsageError("--smoothness validated trains several times, each by steps; give --steps instead of --time");
+  return smoothness;
+}
+
 Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   Options o;
   o.shared = command.shared_options();
@@ -118,6 +132,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
     if (!(*o.heights.above_ground_m > 0.0)) throw UsageError("--scene-height: " + t.scene_height + " is not above 0 metres");
   }
   o.resolution = parse_resolution(t.resolution, t.window);
+  o.smoothness = parse_smoothness(t);
   if (!t.time.empty()) {
     if (steps_given)
       throw UsageError("--steps and --time both say when training ends; give one of them");

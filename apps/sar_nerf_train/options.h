@@ -14,6 +14,12 @@
 
 namespace sarnerf::app {
 
+/// Of the field `grid`: over what suits the images.
+struct Smoothness {
+  double factor = 1.0;
+  bool validated = false;  ///< held-out views choose the factor
+};
+
 /// What the user asked for, checked one by one and against each other, before any file but --config is opened.
 struct Options {
   std::filesystem::path dataset;
@@ -21,6 +27,7 @@ struct Options {
   std::optional<bool> surfaces;  ///< unless the images decide
   SceneHeights heights;          ///< unless told, the images decide
   ResolutionChoice resolution;   ///< unless told, the dataset says
+  Smoothness smoothness;
   std::int64_t steps = 0;        ///< 0: as many as suit the images
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
   std::string holdout_text = "auto";
