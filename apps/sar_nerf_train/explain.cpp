@@ -47,7 +47,7 @@ std::string background_text(const TrainingSet& set) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> left_out(const Options& o, const Data& data, const TrainingSet& set) {
+std::vector<std::pair<std::string, std::string>> left_out(const Options& o, const Data& data) {
   std::vector<std::pair<std::string, std::string>> list;
   if (data.validation.empty()) {
     list.emplace_back("held-out PSNR, baselines",
@@ -57,8 +57,6 @@ std::vector<std::pair<std::string, std::string>> left_out(const Options& o, cons
   }
   if (o.patience > 0.0 && data.validation.empty())
     list.emplace_back("early end", "no view is held out to tell when (--holdout, --against)");
-  if (const auto known = o.resolution.or_else(data.dataset.resolution); known && !set.resolution)
-    list.emplace_back("impulse response", "the ground is speckled, and sharpened speckle would be spikes: the field shows images as they are");
   if (o.lpips.empty()) list.emplace_back("LPIPS", "no weights given (--lpips FILE, docs/lpips.md)");
   list.emplace_back("rows that see no matter",
                     "neither rendered nor learned from: they change nothing");
@@ -85,7 +83,9 @@ std::string explain(const Options& o, const Data& data, const Trainer& trainer) 
        std::string(trainer.field().kind()) + ", to begin with " + trainer.field().size_text());
   line("background", background_text(trainer.set()));
   if (trainer.set().resolution)
-    line("impulse response", resolution_text(*trainer.set().resolution) + ": taken from the images, and part of views");
+    line("impulse response", resolution_text(*trainer.set().resolution) +
+                                 (trainer.set().cleaned.empty() ? ": part of views, whose errors come back through it"
+                                                                : ": taken out of the images, and part of views"));
   line("until", o.time_s ? std::to_string(*o.time_s) + " s after the program's start"
                          : std::to_string(o.steps) + " steps");
   line("a step", std::to_string(trainer.options().rows_per_step) + " azimuth rows of all views");
@@ -94,7 +94,7 @@ std::string explain(const Options& o, const Data& data, const Trainer& trainer) 
   for (const PosedImage& image : data.validation) bytes += 4 * image.power.pixels().size();
   line("images", bytes_text(bytes) + " in memory");
   line("threads", std::to_string(o.shared.n_threads));
-  for (const auto& [what, why] : left_out(o, data, trainer.set())) line("left out", what + ": " + why);
+  for (const auto& [what, why] : left_out(o, data)) line("left out", what + ": " + why);
   line("output", o.run.string() + "/");
   text.pop_back();
   return text;

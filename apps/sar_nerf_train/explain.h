@@ -13,7 +13,6 @@ namespace sarnerf::app {
 std::string explain(const Options& options, const Data& data, const Trainer& trainer);
 
 /// What a run does without, and why: pairs of both.
-std::vector<std::pair<std::string, std::string>> left_out(const Options& options, const Data& data,
-                                                          const TrainingSet& set);
+std::vector<std::pair<std::string, std::string>> left_out(const Options& options, const Data& data);
 
 }  // namespace sarnerf::app

@@ -151,7 +151,7 @@ TrainingReport report_of(const ReportInput& in, const Findings& findings) {
   add_curve(in, r);
   add_pictures(in, findings, r);
   for (const auto& [stage, seconds] : findings.times.stages) r.stages.push_back({stage, seconds});
-  for (const auto& [what, why] : left_out(in.options, in.data, in.trainer.set())) r.left_out.push_back({what, why});
+  for (const auto& [what, why] : left_out(in.options, in.data)) r.left_out.push_back({what, why});
   add_configuration(in, r);
   r.machine = {{"processor", processor_name()},
                {"threads", std::to_string(in.options.shared.n_threads)},

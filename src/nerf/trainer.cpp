@@ -8,6 +8,7 @@
 
 #include "field_learner.h"
 #include "row_queue.h"
+#include "rows_through_response.h"
 #include "sarnerf/core/error.h"
 #include "standing_view.h"
 #include "trainer_json.h"
@@ -47,6 +48,7 @@ struct Trainer::State {
   double least_loss = std::numeric_limits<double>::infinity();
 
   std::vector<StandingView> standing;  ///< of each view, over a level ground
+  std::optional<RowsThroughResponse> through_response;  ///< where images with a response are not sharpened
 
   /// The queue's rows, or with `resume` only what goes with them, after the field's space has changed.
   void look_at_field(bool resume) {
@@ -86,6 +88,8 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options) : state_(std::m
   for (const PosedImage& image : state_->set.appearances())
     state_->mean_square_of_set += mean_square(image.power.pixels()) / static_cast<double>(state_->set.images.size());
   if (state_->set.clutter) state_->clutter_level = state_->set.clutter->ground->mean_power();
+  if (state_->set.resolution && state_->set.cleaned.empty())
+    state_->through_response.emplace(state_->set, options.speckle_floor * state_->clutter_level, options.speckle_most);
   state_->queue = RowQueue(options.seed);
   state_->look_at_field(false);
 }
@@ -97,6 +101,7 @@ StepReport Trainer::step(double progress) {
   if (s.learner->adapt(progress, s.set, s.sampling(0.0)))
     s.look_at_field(false);
 
+  std::vector<RowReference> drawn;
   std::vector<RowRequest> rows;
   std::vector<float> wanted, counts;  // pixels, and 1 where they count
   for (int n = 0; n < s.options.rows_per_step && !s.queue.empty(); ++n) {
@@ -109,6 +114,7 @@ StepReport Trainer::step(double progress) {
     request.least_angle_rad = part.least_angle_rad;
     request.most_angle_rad = part.most_angle_rad;
     rows.push_back(request);
+    drawn.push_back(draw.row);
     const auto pixels = image.power.row(i);
     for (int j = 0; j < image.power.n_range(); ++j) {
       const bool inside = j >= part.first_bin && j < part.end_bin;
@@ -120,14 +126,15 @@ StepReport Trainer::step(double progress) {
   if (!rows.empty()) {
     const double inverse_peak2 = 1.0 / (double{s.set.peak} * double{s.set.peak});
     const auto n = static_cast<std::int64_t>(wanted.size());
-    const torch::Tensor truth = torch::from_blob(wanted.data(), {n}, torch::kFloat);
     const torch::Tensor pixels = s.learner->field().render_rows(rows, s.sampling(progress));
     const torch::Tensor counting = torch::from_blob(counts.data(), {n}, torch::kFloat);
+    const torch::Tensor truth = s.through_response ? s.through_response->wanted(drawn, pixels.detach(), counting)
+                                                   : torch::from_blob(wanted.data(), {n}, torch::kFloat);
     torch::Tensor errors = (pixels - truth) * counting;
     double scale = inverse_peak2;
     if (s.options.speckle_floor > 0.0 && s.set.clutter) {
       errors = errors / (pixels.detach().clamp_min(0.0) + s.options.speckle_floor * s.clutter_level);
-      if (s.options.speckle_most > 0.0) errors = bounded(errors, s.options.speckle_most);
+      if (s.options.speckle_most > 0.0 && !s.through_response) errors = bounded(errors, s.options.speckle_most);
       scale = 1.0;
     }
     const torch::Tensor squares = errors.square().sum() * scale;
@@ -155,6 +162,7 @@ const TrainerOptions& Trainer::options() const { return state_->options; }
 Archive Trainer::checkpoint() const {
   Archive archive = state_->learner->state();
   state_->queue.save(archive);
+  if (state_->through_response) state_->through_response->save(archive);
   add_trainer_json(archive, {options_json(state_->options), state_->steps, state_->least_loss});
   return archive;
 }
@@ -166,6 +174,7 @@ void Trainer::restore(const Archive& archive, const std::string& where) {
                           options_json(state_->options));
   state_->learner->restore(archive, where);
   state_->queue.restore(archive, where);
+  if (state_->through_response) state_->through_response->restore(archive, where);
   state_->look_at_field(true);
   state_->steps = saved.steps;
   state_->least_loss = saved.least_loss;

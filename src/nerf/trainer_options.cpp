@@ -6,6 +6,7 @@
 
 #include "archive_text.h"
 #include "sarnerf/dataset/background.h"
+#include "sarnerf/nerf/smoothness_choice.h"
 #include "sarnerf/nerf/trainer.h"
 #include "trainer_json.h"
 
@@ -108,6 +109,9 @@ constexpr double kViewsTimesLooks = 144.0;
 /// falls with the looks, what the field misses does not.
 constexpr double kFloorPerLook = 0.5, kMostFloor = 3.2;
 
+/// Priors where errors come back through an impulse response, which averages them over its width.
+constexpr double kThroughResponse = 0.4;
+
 /// Errors in proportion to brightness, thin fog, learning rates at which speckle averages out, and priors that it does
 /// not pass: in inverse proportion to what there is to average, and where that is little, to its root: few views show turning
 /// brightness in coarse steps, which strong priors level. Measured on a truck and an L-shaped building of one and
@@ -125,6 +129,7 @@ void learn_over_ground(TrainerOptions& options, const TrainingSet& set) {
   options.grid.smooth_density = std::max(options.grid.smooth_density, 1e-2 * scarcity);
   options.grid.smooth_source = 1.0 * scarcity;
   options.grid.smooth_angular = 4.0 * scarcity / looks;
+  if (set.resolution && set.cleaned.empty()) options = with_smoothness(options, kThroughResponse);
 }
 
 }  // namespace

@@ -90,10 +90,8 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
                      "with another aim point than the dataset says?");
   put_ground(heights.ground_m ? std::optional(*heights.ground_m - aim_m.y) : ground_height_m(images, set.box_m), set.box_m);
   if (is_speckled(images)) set.clutter = find_clutter(images, set.box_m);
-  if (resolution && !set.clutter) {
-    set.resolution = resolution;
-    set.cleaned = sharpened(images, *resolution);
-  }
+  set.resolution = resolution;
+  if (resolution && !set.clutter) set.cleaned = sharpened(images, *resolution);
   set.images = std::move(images);
   set.bright = mean_of_brightest(set.appearances());
   if (!set.clutter) set.clutter = find_clutter(set.appearances(), set.box_m);

@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learning from images that a radar with an impulse response has made.
+#include <atomic>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "ground_scene.h"
 #include "image_tensor.h"
 #include "response_matrix.h"
+#include "rows_through_response.h"
 #include "sarnerf/core/convolve_power.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/inner_image.h"
 #include "sarnerf/core/metrics.h"
+#include "sarnerf/nerf/smoothness_choice.h"
 #include "sharpened.h"
 #include "small_grid.h"
 #include "small_set.h"
@@ -69,6 +73,8 @@ std::vector<PosedImage> small_images(int n_views, double first_turn, const std::
   }
   return images;
 }
+
+const Resolution kGroundResolution{0.8, 0.8, window_from_text("taylor:-35")};
 
 const Box kSmallBox{glm::dvec3(-3.0, -2.0, -3.0), glm::dvec3(3.0, 2.0, 3.0)};
 
@@ -179,10 +185,112 @@ TEST_CASE("a field learned from sharpened images predicts images with the respon
   CHECK(with > without + 3.0);
 }
 
-TEST_CASE("speckle over a ground is not sharpened") {
-  const TrainingSet set = training_set(speckled_scene(36, 1.0), ground_scene_box(), {}, resolution(0.8, 0.8, "taylor:-35"));
+TEST_CASE("speckle over a ground is not sharpened and its priors are weaker for being averaged") {
+  const TrainingSet set = training_set(speckled_scene(36, 1.0), ground_scene_box(), {}, kGroundResolution);
   REQUIRE(set.clutter);
   CHECK(set.clutter->speckled);
-  CHECK_FALSE(set.resolution);
+  CHECK(set.resolution == kGroundResolution);
   CHECK(set.cleaned.empty());
+  const TrainingSet plain = training_set(speckled_scene(36, 1.0), ground_scene_box());
+  CHECK(default_options(set, "grid").grid.smooth_source < 0.5 * default_options(plain, "grid").grid.smooth_source);
+}
+
+TEST_CASE("a row's gradient is that of its view's likelihood through the response") {
+  const TrainingSet set = training_set(speckled_scene(12, 1.0), ground_scene_box(), {}, kGroundResolution);
+  const Acquisition& a = set.images[2].acquisition;
+  const double floor = 0.7, most = 1.5;
+  RowsThroughResponse rows(set, floor, most);
+  const ImpulseResponse response = impulse_response(*set.resolution, a.azimuth_spacing_m, a.range_spacing_m);
+
+  // A view of random rows, all but the first of them put by an earlier step; the first one's last pixels are not rendered.
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> value(0.5f, 3.0f);
+  Image<float> view(a.n_azimuth, a.n_range);
+  for (float& p : view.pixels()) p = value(random);
+  std::vector<RowReference> all;
+  for (int i = 0; i < a.n_azimuth; ++i) all.push_back({2, static_cast<std::uint32_t>(i)});
+  const torch::Tensor whole = tensor_of(view).flatten();
+  rows.wanted(all, whole, torch::ones_like(whole));
+  const int row = a.n_azimuth / 2, n_counting = a.n_range - 5;
+  Image<float> changed = view;
+  for (int j = 0; j < n_counting; ++j) changed(row, j) = value(random);
+  torch::Tensor pixels = tensor_of(changed)[row].clone(), counts = torch::ones_like(pixels);
+  pixels.narrow(0, n_counting, 5).zero_();
+  counts.narrow(0, n_counting, 5).zero_();
+  const RowReference reference{2, static_cast<std::uint32_t>(row)};
+  const torch::Tensor wanted = rows.wanted({&reference, 1}, pixels, counts);
+
+  // The mean seen, in double, beyond the borders the ground's mean; the bounded error; and back along both axes.
+  const auto tap2 = [](const Kernel& kernel, int n) {
+    if (std::abs(n) > kernel.reach()) return 0.0;
+    const double tap = kernel.taps[static_cast<std::size_t>(kernel.reach() + n)];
+    return tap * tap;
+  };
+  double level = 0.0;
+  for (int i = 0; i < a.n_azimuth; ++i)
+    for (const float p : ground_bins(*set.clutter->ground, a, i).power) level += double{p} / (a.n_azimuth * a.n_range);
+  for (const int j : {3, a.n_range / 2, n_counting - 1}) {
+    double gradient = 0.0;
+    for (int m = 0; m < a.n_azimuth; ++m)
+      for (int n = 0; n < a.n_range; ++n) {
+        const double share = tap2(response.azimuth, row - m) * tap2(response.range, j - n);
+        if (share < 1e-7) continue;
+        double mean = level;
+        for (int k = 0; k < a.n_azimuth; ++k)
+          for (int l = 0; l < a.n_range; ++l)
+            mean += tap2(response.azimuth, m - k) * tap2(response.range, n - l) * (double{changed(k, l)} - level);
+        const double error = (mean - double{set.images[2].power(m, n)}) / (std::max(0.0, mean) + floor);
+        gradient += share * std::clamp(error, -most, most) / (std::max(0.0, mean) + floor);
+      }
+    const double pixel = double{changed(row, j)}, scale = pixel + floor;
+    CHECK((pixel - wanted[j].item<double>()) / (scale * scale) == Approx(gradient).epsilon(2e-3).margin(1e-4));
+  }
+
+  Archive archive;
+  rows.save(archive);
+  RowsThroughResponse again(set, floor, most);
+  again.restore(archive, "latest.pt");
+  CHECK(torch::equal(again.wanted({&reference, 1}, pixels, counts), rows.wanted({&reference, 1}, pixels, counts)));
+  archive.tensors["rendered_rows"] = archive.tensors["rendered_rows"].narrow(0, 0, 7);
+  CHECK_THROWS_AS(again.restore(archive, "latest.pt"), CheckpointError);
+}
+
+TEST_CASE("training through a response goes on bit by bit from a checkpoint") {
+  const TrainingSet set = training_set(speckled_scene(12, 1.0), ground_scene_box(), {.ground_m = 0.0, .above_ground_m = {}}, kGroundResolution);
+  TrainerOptions options = default_options(set, "grid");
+  options.grid.voxel_size_m = 1.0;
+  options.rows_per_step = 12;
+  Trainer straight(set, options), broken(set, options), resumed(set, options);
+  for (int n = 0; n < 12; ++n) {
+    straight.step(n / 12.0);
+    if (n < 6) broken.step(n / 12.0);
+  }
+  resumed.restore(broken.checkpoint(), "latest.pt");
+  for (int n = 6; n < 12; ++n) resumed.step(n / 12.0);
+  CHECK(same_bits(straight.checkpoint(), resumed.checkpoint()));
+  CHECK(straight.field().resolution == set.resolution);
+}
+
+TEST_CASE("smoothness is chosen by what was held out") {
+  const TrainingSet set = training_set(speckled_scene(12, 1.0), ground_scene_box(), {.ground_m = 0.0, .above_ground_m = {}});
+  TrainerOptions options = default_options(set, "grid");
+  options.grid.voxel_size_m = 1.0;
+  options.rows_per_step = 60;
+  // Far too smooth: the choice must leave the middle, and then try on beyond the three that are always tried.
+  const SmoothnessChoice choice = choose_smoothness(set, with_smoothness(options, 100.0), 60);
+  REQUIRE(choice.trials.size() > 3);
+  for (std::size_t n = 0; n + 1 < choice.trials.size(); ++n)
+    CHECK(choice.trials[n + 1].factor == Approx(3.0 * choice.trials[n].factor));
+  const auto best = std::min_element(choice.trials.begin(), choice.trials.end(),
+                                     [](const auto& a, const auto& b) { return a.loss < b.loss; });
+  CHECK(choice.factor == best->factor);
+  CHECK(choice.factor < 0.5);
+  CHECK(choice.trials.back().loss > 1.02 * best->loss);
+
+  TrainerOptions network = options;
+  network.field = "mlp";
+  CHECK_THROWS_AS(choose_smoothness(set, network, 60), UsageError);
+  CHECK_THROWS_AS(choose_smoothness(small_set(5), options, 60), UsageError);
+  std::atomic<bool> stop{true};
+  CHECK_THROWS_AS(choose_smoothness(set, options, 60, Monitor{{}, &stop}), Interrupted);
 }

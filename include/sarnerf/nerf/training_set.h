@@ -22,7 +22,8 @@ struct TrainingSet {
   bool tails_are_dark = false;     ///< pixels 40 dB below the peak are taken for 0
   /// Of the radar that made the images, where the field is to be the scene without its impulse response.
   std::optional<Resolution> resolution;
-  std::vector<PosedImage> cleaned;  ///< then, the images without it as far as each tells by itself; or those without tails
+  /// Unless images show a speckled ground: those without the response, as far as each tells by itself; or those without tails.
+  std::vector<PosedImage> cleaned;
 
   /// What the field itself is to look like.
   const std::vector<PosedImage>& appearances() const { return cleaned.empty() ? images : cleaned; }
@@ -42,7 +43,7 @@ struct SceneHeights {
 /// height.
 ///
 /// `resolution`: of the radar that made the images. Unless they show a speckled ground, which sharpening would turn into
-/// spikes, it becomes the set's, and all that is learned, carved and found of a ground comes from the sharpened images.
+/// spikes, all that is learned, carved and found of a ground comes from the sharpened images.
 ///
 /// Where images show a level ground, they are divided by their gains. Where they show none and four fifths of their pixels
 /// are 40 dB darker than the brightest one and no resolution is told, those are the tails of an impulse response, and count as
