@@ -120,6 +120,8 @@ Job prepare(const Options& options) {
   choose_resolution(options.resolution, *job.model.field);
   job.quantity = options.quantity.value_or(job.model.info.quantity);
   job.views = views_of(options, job.model.info);
+  if (const auto& r = job.model.field->resolution)  // refuses what cannot be before anything is written
+    impulse_response(*r, job.views.front().azimuth_spacing_m, job.views.front().range_spacing_m);
   job.request = request_of(job, file);
   refuse_beyond_memory(job);
   refuse_countless_bins(job);

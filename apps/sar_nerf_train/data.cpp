@@ -85,6 +85,21 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
                     " has the angles of another one: they are averaged, and count twice");
 }
 
+/// What the user told, which must be possible; else what the dataset says, if it is.
+std::optional<Resolution> usable_resolution(const Options& o, const Dataset& dataset, Console& console) {
+  const std::optional<Resolution> resolution = o.resolution.or_else(dataset.resolution);
+  if (!resolution) return {};
+  try {
+    for (const DatasetView& v : dataset.views) impulse_response(*resolution, v.azimuth_spacing_m, v.range_spacing_m);
+  } catch (const UsageError& error) {
+    if (!o.resolution.automatic) throw;
+    console.warning(o.dataset.string() + ": its impulse response of " + resolution_text(*resolution) +
+                    " is left out, for no image of its spacing has it; --resolution tells another one");
+    return {};
+  }
+  return resolution;
+}
+
 }  // namespace
 
 Data load_data(const Options& o, Console& console, const Monitor& monitor) {
@@ -117,7 +132,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
 
   data.fingerprint = dataset_fingerprint(o.dataset, data.dataset, monitor);
   data.set = training_set(load_images(o.dataset, data.dataset, training, monitor),
-                          data.dataset.scene_box_m, o.heights, o.resolution.or_else(data.dataset.resolution));
+                          data.dataset.scene_box_m, o.heights, usable_resolution(o, data.dataset, console));
   if (!held_out.empty()) data.validation = load_images(o.dataset, data.dataset, held_out, monitor);
   if (!unseen.empty()) {
     auto more = load_images(o.against, other, unseen, monitor);

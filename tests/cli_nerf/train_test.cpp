@@ -109,6 +109,15 @@ TEST_CASE("an impulse response is told to training and taken from views again") 
   REQUIRE(scene.train({"seen", "-o", "none", "--steps", "2", "--resolution", "none"}).code == 0);
   CHECK_FALSE(sarnerf::read_model(scene / "none/model.pt").field->resolution);
   CHECK(scene.render({"none", "--resolution", "2"}).is_error("sar_nerf_train --resolution"));
+  const Outcome coarse = scene.render({"run", "--spacing", "9", "-o", "coarse"});
+  CHECK(coarse.code == 2);
+  CHECK(coarse.is_error("under-samples"));
+  std::string manifest = read_text(scene / "seen/dataset.json");
+  manifest.replace(manifest.find("1.5"), 3, "0.1");
+  write_text(scene / "seen/dataset.json", manifest);
+  const Outcome impossible = scene.train({"seen", "-o", "impossible", "--steps", "2"});
+  CHECK(impossible.code == 0);
+  CHECK(impossible.err.find("is left out") != std::string::npos);
 }
 
 TEST_CASE("smoothness is a factor or chosen by validation and part of the configuration") {
