@@ -86,6 +86,8 @@ std::string explain(const Options& o, const Data& data, const Trainer& trainer) 
     line("impulse response", resolution_text(*trainer.set().resolution) +
                                  (trainer.set().cleaned.empty() ? ": part of views, whose errors come back through it"
                                                                 : ": taken out of the images, and part of views"));
+  if (!trainer.set().resolution && o.resolution.or_else(data.dataset.resolution))
+    line("impulse response", "left out: fewer than six speckled views do not tell a ground, or the spacing is too coarse for it");
   line("until", o.time_s ? std::to_string(*o.time_s) + " s after the program's start"
                          : std::to_string(o.steps) + " steps");
   line("a step", std::to_string(trainer.options().rows_per_step) + " azimuth rows of all views");

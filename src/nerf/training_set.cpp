@@ -40,6 +40,9 @@ double level_width_m(const std::vector<PosedImage>& images) {
 /// Of the peak: what images with an impulse response show where nothing is, its tails, which reach everywhere.
 constexpr float kTail = 1e-4f;
 
+/// Views that tell whether there is a ground under speckle. Fewer may show one, and it must not be sharpened.
+constexpr std::size_t kTellGround = 6;
+
 /// Whether four fifths of the pixels are tails. Sidelobes without a weighting window cross far more of an image than that
 /// leaves: what is carved then is too little to begin with opaque matter in the rest, measured to fail.
 bool is_mostly_tails(const std::vector<PosedImage>& images, float peak) {
@@ -89,9 +92,10 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
     throw InputError("all pixels of the images to learn from are 0: there is nothing to learn; were they rendered "
                      "with another aim point than the dataset says?");
   put_ground(heights.ground_m ? std::optional(*heights.ground_m - aim_m.y) : ground_height_m(images, set.box_m), set.box_m);
-  if (is_speckled(images)) set.clutter = find_clutter(images, set.box_m);
-  set.resolution = resolution;
-  if (resolution && !set.clutter) set.cleaned = sharpened(images, *resolution);
+  const bool speckled = is_speckled(images);
+  if (speckled) set.clutter = find_clutter(images, set.box_m);
+  if (!speckled || set.clutter || images.size() >= kTellGround) set.resolution = resolution;
+  if (set.resolution && !set.clutter) set.cleaned = sharpened(images, *resolution);
   set.images = std::move(images);
   set.bright = mean_of_brightest(set.appearances());
   if (!set.clutter) set.clutter = find_clutter(set.appearances(), set.box_m);

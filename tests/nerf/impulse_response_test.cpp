@@ -195,6 +195,13 @@ TEST_CASE("speckle over a ground is not sharpened and its priors are weaker for 
   CHECK(default_options(set, "grid").grid.smooth_source < 0.5 * default_options(plain, "grid").grid.smooth_source);
 }
 
+TEST_CASE("speckled views too few to tell a ground are learned without the response") {
+  const TrainingSet set = training_set(speckled_scene(4, 1.0), ground_scene_box(), {}, kGroundResolution);
+  CHECK_FALSE(set.clutter);
+  CHECK_FALSE(set.resolution);
+  CHECK(set.cleaned.empty());
+}
+
 TEST_CASE("a row's gradient is that of its view's likelihood through the response") {
   const TrainingSet set = training_set(speckled_scene(12, 1.0), ground_scene_box(), {}, kGroundResolution);
   const Acquisition& a = set.images[2].acquisition;

@@ -43,7 +43,8 @@ struct SceneHeights {
 /// height.
 ///
 /// `resolution`: of the radar that made the images. Unless they show a speckled ground, which sharpening would turn into
-/// spikes, all that is learned, carved and found of a ground comes from the sharpened images.
+/// spikes, all that is learned, carved and found of a ground comes from the sharpened images. Left out
+/// where images look speckled and are fewer than six, too few to find their ground.
 ///
 /// Where images show a level ground, they are divided by their gains. Where they show none and four fifths of their pixels
 /// are 40 dB darker than the brightest one and no resolution is told, those are the tails of an impulse response, and count as
