@@ -96,12 +96,12 @@ TEST_CASE("an impulse response is told to training and taken from views again") 
   REQUIRE(scene.train({"--config", "run/config.toml", "-o", "again"}).code == 0);
   CHECK(read_text(scene / "again/config.toml") == config);
 
-  REQUIRE(scene.render({"run", "--azimuth", "20,40", "-o", "seen"}).code == 0);
-  REQUIRE(scene.render({"run", "--azimuth", "20,40", "--resolution", "none", "-o", "sharp"}).code == 0);
+  REQUIRE(scene.render({"run", "--azimuth", "0:300:60", "-o", "seen"}).code == 0);
+  REQUIRE(scene.render({"run", "--azimuth", "0:300:60", "--resolution", "none", "-o", "sharp"}).code == 0);
   CHECK(read_text(scene / "seen/images/view_000.tif") != read_text(scene / "sharp/images/view_000.tif"));
   CHECK(sarnerf::read_manifest(scene / "seen").resolution == sarnerf::read_model(scene / "run/model.pt").field->resolution);
   CHECK_FALSE(sarnerf::read_manifest(scene / "sharp").resolution);
-  CHECK(scene.render({"run", "--azimuth", "20,40", "-o", "sharp"}).is_error("resolution_m"));
+  CHECK(scene.render({"run", "--azimuth", "0:300:60", "-o", "sharp"}).is_error("resolution_m"));
 
   // A dataset that says it needs no option, and may be contradicted.
   REQUIRE(scene.train({"seen", "-o", "auto", "--steps", "2"}).code == 0);
