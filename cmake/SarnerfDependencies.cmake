@@ -28,4 +28,5 @@ endif()
 
 if(SARNERF_NERF)
   include(TorchTargets)
+  include(ZipTargets)
 endif()

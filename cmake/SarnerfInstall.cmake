@@ -19,6 +19,7 @@ set(package_of_sarnerf_torch Torch)
 set(package_of_sarnerf_csv Csv)
 set(package_of_sarnerf_matio Matio)
 set(package_of_ZLIB::ZLIB ZLIB)
+set(package_of_sarnerf_zip Zip)
 foreach(component IN ITEMS core imgproc imgcodecs)
   set(package_of_sarnerf_opencv_${component} OpenCV)
 endforeach()
@@ -73,6 +74,7 @@ install(FILES
   ${PROJECT_SOURCE_DIR}/cmake/OpenVDBTargets.cmake
   ${PROJECT_SOURCE_DIR}/cmake/RsvgTargets.cmake
   ${PROJECT_SOURCE_DIR}/cmake/TorchTargets.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/ZipTargets.cmake
   DESTINATION ${package_dir})
 
 foreach(program IN ITEMS sar_render sar_bench sar_nerf_train sar_nerf_render sar_nerf_bench sar_extract sar_import)

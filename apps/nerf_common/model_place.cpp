@@ -22,4 +22,13 @@ std::string model_name(const std::filesystem::path& model) {
   return (full.filename() == kModel ? full.parent_path().filename() : full.stem()).string();
 }
 
+Model open_model(const std::filesystem::path& model, Console& console) {
+  const std::filesystem::path file = model_file(model);
+  Model read = read_model(file);
+  if (!read.ignored.empty())
+    console.warning(file.string() + ": was written by an older version and holds " + read.ignored +
+                    ", which are ignored: views are what the field renders");
+  return read;
+}
+
 }  // namespace sarnerf::app

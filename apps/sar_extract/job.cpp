@@ -165,7 +165,7 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
       return *printed;
     }
   }
-  const Model model = read_model(model_file(o.model));
+  const Model model = open_model(o.model, console);
   const auto* const mlp = dynamic_cast<const MlpField*>(model.field.get());
   use_torch_threads(mlp ? o.shared.n_threads : 1);
   if (mlp) warn_of_slow_blas(mlp->kernel(), console);

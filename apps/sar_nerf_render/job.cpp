@@ -5,12 +5,15 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "model_place.h"
 #include "process.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/sha256.h"
 #include "sarnerf/core/units.h"
+#include "sarnerf/geometry/acquisition.h"
 #include "torch_setup.h"
 #include "values.h"
 #include "version.h"
@@ -76,6 +79,37 @@ Json request_of(const Job& job, const std::filesystem::path& file) {
   return valid_text(j);
 }
 
+/// Of the angle (rad) between a new view's line of sight and the nearest training view's: 5 deg beyond the trained pitches
+/// cost 10 dB already (docs/training.md, Pitch).
+constexpr double kFar_rad = 10.0 * std::numbers::pi / 180.0;
+
+void warn_of_far_views(const Job& job, Console& console) {
+  std::vector<glm::dvec3> trained;
+  for (const DatasetView& view : job.model.info.training_views)
+    trained.push_back(radar_frame(acquisition_of(view, glm::dvec3(0.0))).k);
+  if (trained.empty()) return;
+  std::size_t n_far = 0, farthest = 0;
+  double most_rad = kFar_rad;
+  for (std::size_t n = 0; n < job.views.size(); ++n) {
+    const glm::dvec3 k = radar_frame(acquisition_of(job.views[n], glm::dvec3(0.0))).k;
+    double most_cosine = -1.0;
+    for (const glm::dvec3& t : trained) most_cosine = std::max(most_cosine, glm::dot(k, t));
+    const double angle_rad = std::acos(std::clamp(most_cosine, -1.0, 1.0));
+    if (angle_rad <= kFar_rad) continue;
+    ++n_far;
+    if (angle_rad > most_rad) {
+      most_rad = angle_rad;
+      farthest = n;
+    }
+  }
+  if (n_far == 0) return;
+  const DatasetView& v = job.views[farthest];
+  console.warning(format("%zu of %zu view%s more than %.0f deg from all training views (incidence %.4g, azimuth %.4g deg: %.0f deg from "
+                         "the nearest): expect what the model has not seen from there to be wrong",
+                         n_far, job.views.size(), job.views.size() == 1 ? " is" : n_far == 1 ? "s is" : "s are",
+                         deg_from_rad(kFar_rad), v.incidence_deg, v.azimuth_deg, deg_from_rad(most_rad)));
+}
+
 /// Another impulse response than the images' is possible where the field is the scene without it.
 void choose_resolution(const ResolutionChoice& choice, LearnedField& field) {
   if (choice.automatic) return;
@@ -112,11 +146,11 @@ void refuse_beyond_memory(const Job& job) {
 
 }  // namespace
 
-Job prepare(const Options& options) {
+Job prepare(const Options& options, Console& console) {
   Job job;
   job.options = options;
   const auto file = model_file(options.model);
-  job.model = read_model(file);
+  job.model = open_model(options.model, console);
   choose_resolution(options.resolution, *job.model.field);
   job.quantity = options.quantity.value_or(job.model.info.quantity);
   job.views = views_of(options, job.model.info);
@@ -125,6 +159,7 @@ Job prepare(const Options& options) {
   job.request = request_of(job, file);
   refuse_beyond_memory(job);
   refuse_countless_bins(job);
+  if (options.against.empty()) warn_of_far_views(job, console);
   return job;
 }
 

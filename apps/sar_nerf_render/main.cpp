@@ -13,7 +13,7 @@ namespace sarnerf::app {
 namespace {
 
 void run(const Options& options, Console& console) {
-  const Job job = prepare(options);
+  const Job job = prepare(options, console);
   const auto* const mlp = dynamic_cast<const MlpField*>(job.model.field.get());
   use_torch_threads(mlp ? options.shared.n_threads : 1);
   if (mlp) warn_of_slow_blas(mlp->kernel(), console);
@@ -21,6 +21,10 @@ void run(const Options& options, Console& console) {
                           console.progress(stage, done, n);
                         },
                         &stop_requested()};
+  if (options.dry_run) {
+    print_result(explain(job) + "\n");
+    return;
+  }
   if (options.explain) console.asked_for(explain(job));
   print_result(!options.against.empty() ? compare(job, console, monitor)
                : job.views.size() > 1   ? write_sweep(job, console, monitor)

@@ -31,7 +31,7 @@ struct Texts {
   std::string model, pitch, depression, azimuth = "0", altitude, slant_range, look = "auto";
   std::string size = "auto", spacing = "auto", quantity = "auto", resolution = "auto", window;
   std::string against, training, lpips, despeckle = "off", output;
-  bool overwrite = false, explain = false;
+  bool overwrite = false, explain = false, dry_run = false;
 };
 
 void add_options(CommandLine& command, Texts& t) {
@@ -75,6 +75,7 @@ void add_options(CommandLine& command, Texts& t) {
       "File name without ending, or folder; default RUN_view, RUN_views");
   command.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same");
   command.add_flag("--explain", t.explain, "Print the plan before the work");
+  command.add_flag("--dry-run", t.dry_run, "Print the plan and stop: nothing is written");
 
   command.same_meaning({"pitch", "depression"});
   command.same_meaning({"altitude", "slant-range"});
@@ -97,8 +98,8 @@ Options resolve(const Texts& t, const CommandLine& command) {
   Options o;
   o.shared = command.shared_options();
   o.model = without_slash(t.model);
-  o.against = without_slash(t.against);
-  o.training = without_slash(t.training);
+  o.against = dataset_folder(t.against);
+  o.training = dataset_folder(t.training);
   o.lpips = t.lpips;
   if (!o.against.empty()) refuse_views_beside_against(command);
   o.despeckle_deg = parse_despeckle_deg(t.despeckle);
@@ -127,6 +128,7 @@ Options resolve(const Texts& t, const CommandLine& command) {
   o.output = t.output;
   o.overwrite = t.overwrite;
   o.explain = t.explain;
+  o.dry_run = t.dry_run;
   return o;
 }
 

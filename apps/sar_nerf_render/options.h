@@ -36,6 +36,7 @@ struct Options {
   std::string output;
   bool overwrite = false;
   bool explain = false;
+  bool dry_run = false;  ///< print the plan and stop
   SharedOptions shared;
 };
 

@@ -22,7 +22,7 @@ void refuse_under_sampling(const Window& window, double broadening, double resol
   char text[320];
   std::snprintf(text, sizeof text,
                 "a spacing of %.4g m under-samples a resolution of %.4g m with window %s: its band needs "
-                "pixels of at most %.4g m; choose a finer --spacing or a --resolution of at least %.4g m",
+                "pixels of at most %.4g m; choose a finer spacing or a resolution of at least %.4g m",
                 spacing_m, resolution_m, text_of(window).c_str(), resolution_m / broadening,
                 spacing_m * broadening);
   throw UsageError(text);

@@ -2,9 +2,11 @@
 #include "sarnerf/nerf/archive.h"
 
 #include <torch/csrc/jit/serialization/pickle.h>
+#include <zip.h>
 
+#include <array>
+#include <memory>
 #include <span>
-#include <string_view>
 
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
@@ -15,12 +17,30 @@ namespace {
 
 constexpr const char* kText = "json";
 
-/// Whether the bytes end as LibTorch ends its files: with a zip archive's last record, 22 bytes without a comment.
-/// Its own reader does not always notice when some of them are missing.
-bool ends_whole(std::string_view bytes) {
-  constexpr std::size_t kLastRecord = 22;
-  return bytes.size() >= kLastRecord && bytes.substr(bytes.size() - kLastRecord, 4) == "PK\x05\x06" &&
-         bytes.substr(bytes.size() - 2) == std::string_view("\0\0", 2);
+/// Whether the bytes are a zip archive, as LibTorch writes them, whose files all have the CRC-32 that the archive says.
+/// LibTorch's own reader skips that check, and does not always notice missing bytes either: a damaged number would be
+/// rendered. libzip compares a file's sum when its last byte is read.
+bool is_intact(std::span<const char> bytes) {
+  zip_error_t error;
+  zip_error_init(&error);
+  zip_source_t* const source = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
+  zip_t* const opened = source != nullptr ? zip_open_from_source(source, ZIP_RDONLY, &error) : nullptr;
+  if (opened == nullptr && source != nullptr) zip_source_free(source);  // else the archive owns it
+  zip_error_fini(&error);
+  const std::unique_ptr<zip_t, decltype(&zip_discard)> archive(opened, zip_discard);
+  if (!archive) return false;
+  const zip_int64_t n_files = zip_get_num_entries(archive.get(), 0);
+  std::array<char, 1 << 16> part;
+  for (zip_int64_t n = 0; n < n_files; ++n) {
+    const std::unique_ptr<zip_file_t, decltype(&zip_fclose)> file(
+        zip_fopen_index(archive.get(), static_cast<zip_uint64_t>(n), 0), zip_fclose);
+    if (!file) return false;
+    zip_int64_t n_read = 0;
+    while ((n_read = zip_fread(file.get(), part.data(), part.size())) > 0) {
+    }
+    if (n_read < 0) return false;
+  }
+  return n_files > 0;
 }
 
 }  // namespace
@@ -58,7 +78,7 @@ Archive read_archive(const std::filesystem::path& path) {
   }
   Archive archive;
   try {
-    if (!ends_whole({bytes.data(), bytes.size()})) throw std::runtime_error("cut");
+    if (!is_intact(bytes)) throw std::runtime_error("damaged");
     const auto dictionary = torch::jit::pickle_load(bytes).toGenericDict();
     for (const auto& entry : dictionary) {
       const std::string& name = entry.key().toStringRef();

@@ -20,7 +20,7 @@ class FieldLearner {
   /// One step down the gradient of a loss plus the field's priors, at this share of the largest learning rates.
   virtual void minimise(const torch::Tensor& loss, double rate) = 0;
 
-  /// What is known of the field once it is learned.
+  /// What is done once, after the last step.
   virtual void finish(const TrainingSet&) {}
 
   /// Field, optimiser and progress, for a checkpoint and back.

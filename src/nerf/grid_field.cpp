@@ -3,12 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <numbers>
 
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/field/trilinear.h"
-#include "sarnerf/nerf/view_residuals.h"
 
 namespace sarnerf {
 namespace {
@@ -84,12 +82,7 @@ void GridField::parameter_gradients(std::span<const float> d_active, float* d_lo
 }
 
 std::string GridField::size_text() const {
-  char text[160];
-  int n = std::snprintf(text, sizeof text, "%zu voxels of %.3g m", n_active(), transform_.voxel_size_m);
-  if (residuals)
-    std::snprintf(text + n, sizeof text - static_cast<std::size_t>(n), ", residuals of %zu views, %.0f %% alike over %.0f deg",
-                  residuals->views.size(), 100.0 * residuals->share, residuals->length_rad * 180.0 / std::numbers::pi);
-  return text;
+  return format("%zu voxels of %.3g m", n_active(), transform_.voxel_size_m);
 }
 
 torch::Tensor prune(GridField& field, std::span<const std::uint8_t> keep) {

@@ -7,7 +7,6 @@
 #include "archive_text.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/returned_share.h"
-#include "sarnerf/nerf/view_residuals.h"
 
 namespace sarnerf {
 namespace {
@@ -21,9 +20,6 @@ constexpr std::size_t kRowsOfPass = 1000;
 /// How often as many rows must have been learned from before the next pass: it takes half as long as learning from them
 /// once, and shows little where little has been learned.
 constexpr double kRowsLearned = 3.0;
-
-/// Where residuals of what shines vary by more than so much beyond the ground's, single glints make up its power.
-constexpr double kGlints = 0.1;
 
 /// Largest two-way depth of a voxel: more only slows down the way back.
 constexpr double kMostDepth = 40.0;
@@ -119,7 +115,6 @@ std::vector<float> GridLearner::shares() const {
 }
 
 void GridLearner::minimise(const torch::Tensor& loss, double rate) {
-  field_.residuals.reset();
   field_.set_source_scale(source_scale_);
   for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
   loss.backward();
@@ -135,15 +130,8 @@ void GridLearner::minimise(const torch::Tensor& loss, double rate) {
 }
 
 void GridLearner::finish(const TrainingSet& set) {
-  field_.residuals.reset();
   field_.set_source_scale(source_scale_);
-  auto residuals = find_residuals(field_, set);
-  if (!residuals) return;
-  if (residuals->glints < kGlints) {
-    field_.set_source_scale(source_scale_ * returned_share(field_, set));
-    if (residuals->share > 0.0) residuals = find_residuals(field_, set);
-  }
-  if (residuals->share > 0.0) field_.residuals = std::make_shared<const ViewResiduals>(*residuals);
+  field_.set_source_scale(source_scale_ * returned_share(field_, set));
 }
 
 Archive GridLearner::state() const {

@@ -6,14 +6,9 @@
 #include "sarnerf/nerf/grid_field.h"
 #include "ground_archive.h"
 #include "resolution_archive.h"
-#include "residual_archive.h"
 #include "voxel_archive.h"
 
 namespace sarnerf {
-
-void GridField::correct_view(Image<float>& power, const Acquisition& acquisition) const {
-  if (residuals) residuals->correct(power, acquisition);
-}
 
 Archive GridField::state() const {
   Archive archive;
@@ -28,7 +23,6 @@ Archive GridField::state() const {
             {"source_scale", source_scale_}});
   if (ground) add_ground(archive, *ground);
   if (resolution) add_resolution(archive, *resolution);
-  if (residuals) add_residuals(archive, *residuals);
   return archive;
 }
 
@@ -62,7 +56,6 @@ GridField restore_grid_field(const Archive& archive, const std::string& where) {
   field.set_voxels(std::move(carved.topology), carved.active, log_depth.clone(), coefficients.clone());
   field.ground = ground_of(archive, where);
   field.resolution = resolution_of(archive, where);
-  field.residuals = residuals_of(archive, where);
   return field;
 }
 

@@ -43,9 +43,7 @@ Image<float> render_view(const LearnedField& field, const Acquisition& acquisiti
   Image<float> image(wide.n_azimuth, wide.n_range);
   field.render_rows(rows, sampling, image.pixels());
   if (field.resolution) convolve_power(image, response);
-  image = without_border(std::move(image), border);
-  field.correct_view(image, centred);
-  return image;
+  return without_border(std::move(image), border);
 }
 
 std::unique_ptr<LearnedField> restore_field(const Archive& archive, const std::string& where) {

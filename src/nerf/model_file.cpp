@@ -97,6 +97,11 @@ ModelInfo info_from(const Json& text, const std::string& where) {
   return info;
 }
 
+/// Versions before this one added kriged residuals of the training views to what a field renders.
+std::string ignored_parts(const Archive& archive) {
+  return archive.tensors.contains("amplitude_residuals") ? "residuals of its training views (kriging)" : "";
+}
+
 }  // namespace
 
 void write_model(const std::filesystem::path& path, const LearnedField& field,
@@ -144,7 +149,7 @@ Model read_model(const std::filesystem::path& path) {
     throw CheckpointError(where + ": is of version " + std::to_string(version) +
                           ", and this program knows versions up to " + std::to_string(kVersion) +
                           "; use the program that wrote it");
-  return {info_from(text, where), restore_field(archive, where)};
+  return {info_from(text, where), restore_field(archive, where), ignored_parts(archive)};
 }
 
 }  // namespace sarnerf

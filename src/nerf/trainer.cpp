@@ -10,6 +10,7 @@
 #include "row_queue.h"
 #include "rows_through_response.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "standing_view.h"
 #include "trainer_json.h"
 
@@ -90,6 +91,13 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options) : state_(std::m
   if (state_->set.clutter) state_->clutter_level = state_->set.clutter->ground->mean_power();
   if (state_->set.resolution && state_->set.cleaned.empty())
     state_->through_response.emplace(state_->set, options.speckle_floor * state_->clutter_level, options.speckle_most);
+  if (state_->learner->field().occupied_box_m().empty()) {
+    const Box& box = state_->set.box_m;
+    throw InputError(format("nothing can be learned: no place in the scene's box (%.4g..%.4g, %.4g..%.4g, %.4g..%.4g m about the aim "
+                            "point) is shown by the images and not seen to be empty; check 'scene_box_m' and 'aim_m' of the "
+                            "dataset, and whether its images are of one scene",
+                            box.min.x, box.max.x, box.min.y, box.max.y, box.min.z, box.max.z));
+  }
   state_->queue = RowQueue(options.seed);
   state_->look_at_field(false);
 }
@@ -124,25 +132,29 @@ StepReport Trainer::step(double progress) {
   }
   double loss = 0.0;
   if (!rows.empty()) {
-    const double inverse_peak2 = 1.0 / (double{s.set.peak} * double{s.set.peak});
     const auto n = static_cast<std::int64_t>(wanted.size());
     const torch::Tensor pixels = s.learner->field().render_rows(rows, s.sampling(progress));
     const torch::Tensor counting = torch::from_blob(counts.data(), {n}, torch::kFloat);
     const torch::Tensor truth = s.through_response ? s.through_response->wanted(drawn, pixels.detach(), counting)
                                                    : torch::from_blob(wanted.data(), {n}, torch::kFloat);
+    // Errors have no unit before they are squared: images of any scale fit into float.
+    const bool relative = s.options.speckle_floor > 0.0 && s.set.clutter;
+    const double unit = relative ? s.options.speckle_floor * s.clutter_level : double{s.set.peak};
     torch::Tensor errors = (pixels - truth) * counting;
-    double scale = inverse_peak2;
-    if (s.options.speckle_floor > 0.0 && s.set.clutter) {
-      errors = errors / (pixels.detach().clamp_min(0.0) + s.options.speckle_floor * s.clutter_level);
+    if (relative) {
+      errors = errors / (pixels.detach().clamp_min(0.0) + unit);
       if (s.options.speckle_most > 0.0 && !s.through_response) errors = bounded(errors, s.options.speckle_most);
-      scale = 1.0;
+    } else {
+      errors = errors / unit;
     }
-    const torch::Tensor squares = errors.square().sum() * scale;
+    const torch::Tensor squares = errors.square().sum();
     loss = squares.item<double>() / std::max(1.0, counting.sum().item<double>());
-    const double black = scale * (mean_square(wanted) + s.mean_square_of_set);
+    // Errors of black images are the images over the unit, whichever loss it is.
+    const double black = (mean_square(wanted) + s.mean_square_of_set) / (unit * unit);
     if (!std::isfinite(loss) || (loss > kDivergence * s.least_loss && loss > kWorseThanBlack * black))
       throw NumericsError("training diverges: at step " + std::to_string(s.steps + 1) + " the mean square error is " +
-                          std::to_string(loss) + " of the peak's square; use lower learning rates");
+                          std::to_string(loss) + (relative ? " of the prediction's square" : " of the peak's square") +
+                          "; use lower learning rates");
     s.least_loss = std::min(s.least_loss, loss);
     s.learner->minimise(squares, std::pow(s.options.final_rate, progress * s.share_of_fall(progress)));
   }
@@ -150,9 +162,7 @@ StepReport Trainer::step(double progress) {
   return {s.steps, loss, s.learner->field().size_text()};
 }
 
-void Trainer::finish() {
-  if (state_->options.residuals != 0) state_->learner->finish(state_->set);
-}
+void Trainer::finish() { state_->learner->finish(state_->set); }
 
 std::int64_t Trainer::steps_done() const { return state_->steps; }
 const LearnedField& Trainer::field() const { return state_->learner->field(); }

@@ -70,7 +70,6 @@ void for_each_option(Options& o, Visit&& visit) {
   visit("final_distortion", o.final_distortion);
   visit("speckle_floor", o.speckle_floor);
   visit("speckle_most", o.speckle_most);
-  visit("residuals", o.residuals);
   visit("seed", o.seed);
 }
 

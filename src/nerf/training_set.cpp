@@ -61,6 +61,18 @@ std::vector<PosedImage> without_tails(std::vector<PosedImage> images, float peak
   return images;
 }
 
+/// Whether all pixels hold the same power. Images of one pixel cannot say.
+bool are_uniform(const std::vector<PosedImage>& images) {
+  const float first = images.front().power.pixels().front();
+  std::size_t n = 0;
+  for (const PosedImage& image : images) {
+    for (const float p : image.power.pixels())
+      if (p != first) return false;
+    n += image.power.pixels().size();
+  }
+  return n > images.size();
+}
+
 void divide(std::vector<PosedImage>& images, const std::vector<double>& gains) {
   for (std::size_t v = 0; v < images.size(); ++v)
     for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / gains[v]);
@@ -84,6 +96,7 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   TrainingSet set;
   const glm::dvec3 aim_m = images.front().acquisition.aim_m;
   set.box_m = {scene_box_m.min - aim_m, scene_box_m.max - aim_m};
+  set.outliers = limit_outliers(images);
   for (PosedImage& image : images) {
     image.acquisition.aim_m = glm::dvec3(0.0);
     for (const float p : image.power.pixels()) set.peak = std::max(set.peak, p);
@@ -91,6 +104,9 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   if (!(set.peak > 0.0f))
     throw InputError("all pixels of the images to learn from are 0: there is nothing to learn; were they rendered "
                      "with another aim point than the dataset says?");
+  if (are_uniform(images))
+    throw InputError(format("all pixels of the images to learn from are equal (a power of %.4g): there is nothing to learn; do they "
+                            "show the scene?", double{set.peak}));
   put_ground(heights.ground_m ? std::optional(*heights.ground_m - aim_m.y) : ground_height_m(images, set.box_m), set.box_m);
   const bool speckled = is_speckled(images);
   if (speckled) set.clutter = find_clutter(images, set.box_m);

@@ -6,6 +6,7 @@
 #include "../nerf/torch_catch.h"
 #include "programs.h"
 #include "sarnerf/dataset/image_file.h"
+#include "sarnerf/nerf/archive.h"
 #include "sarnerf/nerf/model_file.h"
 
 using Json = nlohmann::json;
@@ -18,6 +19,21 @@ struct LearnedScene : SmallScene {
 };
 
 }  // namespace
+
+TEST_CASE("residuals that an older version wrote are ignored with a warning") {
+  const LearnedScene scene;
+  REQUIRE(scene.render({"run", "--azimuth", "12.5", "-o", "now"}).code == 0);
+  sarnerf::Archive old = sarnerf::read_archive(scene / "run/model.pt");
+  old.tensors["amplitude_residuals"] = torch::ones({32 * 32}, torch::kHalf);
+  std::filesystem::create_directory(scene / "old");
+  sarnerf::write_archive(scene / "old/model.pt", old);
+  const Outcome view = scene.render({"old", "--azimuth", "12.5", "-o", "then"});
+  INFO(view.err);
+  REQUIRE(view.code == 0);
+  CHECK(view.err.find("warning: old/model.pt: was written by an older version and holds residuals") != std::string::npos);
+  const auto now = sarnerf::read_image(scene / "now.tif"), then = sarnerf::read_image(scene / "then.tif");
+  CHECK(std::equal(now.pixels().begin(), now.pixels().end(), then.pixels().begin(), then.pixels().end()));
+}
 
 TEST_CASE("views of a model come in files of sar_render's form") {
   const LearnedScene scene;

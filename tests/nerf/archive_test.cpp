@@ -38,6 +38,27 @@ TEST_CASE("damaged files are refused in one line") {
   CHECK_THROWS_AS(read_archive(folder / "missing.pt"), CheckpointError);
 }
 
+TEST_CASE("no damage of eight bytes is read as another model") {
+  const ScratchFolder folder;
+  const Archive good = small_grid(44).state();
+  write_archive(folder / "model.pt", good);
+  const std::string whole = read_text(folder / "model.pt");
+  std::size_t n_refused = 0, n_harmless = 0;
+  for (std::size_t at = 0; at + 8 <= whole.size(); at += 61) {
+    std::string bytes = whole;
+    for (std::size_t n = 0; n < 8; ++n) bytes[at + n] = static_cast<char>(~bytes[at + n]);
+    write_text(folder / "damaged.pt", bytes);
+    try {
+      const Archive read = read_archive(folder / "damaged.pt");
+      CHECK(same_bits(read, good));  // the archive's padding holds nothing
+      ++n_harmless;
+    } catch (const CheckpointError&) {
+      ++n_refused;
+    }
+  }
+  CHECK(n_refused > 5 * n_harmless);
+}
+
 TEST_CASE("fields that do not fit together are refused") {
   const Archive good = small_grid(43).state();
   const auto refused = [](const Archive& archive) { CHECK_THROWS_AS(restore_field(archive, "m"), CheckpointError); };

@@ -16,8 +16,6 @@
 
 namespace sarnerf {
 
-struct ViewResiduals;
-
 /// How the field `grid` is laid out and learned.
 struct GridOptions {
   double voxel_size_m = 0.2;
@@ -69,7 +67,6 @@ class GridField : public LearnedField {
   double voxel_size_m() const override { return transform_.voxel_size_m; }
   std::string size_text() const override;
   Archive state() const override;
-  void correct_view(Image<float>& power, const Acquisition& acquisition) const override;
 
   const BrickTopology& topology() const { return topology_; }
   const GridTransform& transform() const { return transform_; }
@@ -88,9 +85,6 @@ class GridField : public LearnedField {
 
   /// What rays end on, if anything.
   std::shared_ptr<const LevelGround> ground;
-
-  /// What training views show beyond the field, if anything is known of it: for render_view().
-  std::shared_ptr<const ViewResiduals> residuals;
 
   /// κ (1/m) and γ_lm as a grid: [n_voxels × (1 + n_harmonics)]. The second writes those of active voxels into an
   /// array that holds zeros elsewhere, or makes it.

@@ -46,9 +46,6 @@ class LearnedField {
   /// What `--explain` and progress tell of the field: "35,080 voxels of 0.2 m".
   virtual std::string size_text() const = 0;
 
-  /// Adds to a rendered view what is known beyond the field; nothing, unless told otherwise.
-  virtual void correct_view(Image<float>&, const Acquisition&) const {}
-
   /// Of the radar that made the images, where the field is the scene without its impulse response.
   std::optional<Resolution> resolution;
 
@@ -57,7 +54,7 @@ class LearnedField {
 };
 
 /// A view at the sampling that evaluation uses: rays every half voxel, three to a row; through the field's impulse response,
-/// where it has one, with what leaks in from beyond the image; with correct_view().
+/// where it has one, with what leaks in from beyond the image.
 Image<float> render_view(const LearnedField& field, const Acquisition& acquisition);
 
 /// The field of a model file. Throws CheckpointError for an unknown kind, another version, or damaged contents.

@@ -33,6 +33,8 @@ struct ModelInfo {
 struct Model {
   ModelInfo info;
   std::unique_ptr<LearnedField> field;
+  /// Contents that older versions wrote and that have no effect any more, in words; empty when there are none.
+  std::string ignored;
 };
 
 /// Writes LearnedField::state() and what is known beside it, as archive.h has it; nobody ever sees half a file. The same

@@ -32,7 +32,6 @@ struct TrainerOptions {
   /// Above 0, such an error beyond so many times the prediction counts by its size, not its square (Huber): what glints in
   /// one view says little of the next. Of the clutter's own speckle of one look 2 % lie beyond 3.
   double speckle_most = 0.0;
-  int residuals = 1;  ///< 0: finish() does nothing
   std::uint64_t seed = 1;
 };
 
@@ -64,7 +63,8 @@ struct StepReport {
 /// a checkpoint.
 class Trainer {
  public:
-  /// Carves and initialises the field. Throws UsageError for impossible options. `set` is kept.
+  /// Carves and initialises the field. Throws UsageError for impossible options, and InputError where nothing of the
+  /// scene's box can hold matter. `set` is kept.
   Trainer(TrainingSet set, const TrainerOptions& options);
   ~Trainer();
 
@@ -73,8 +73,8 @@ class Trainer {
   /// times its smallest value; the field is then no longer usable.
   StepReport step(double progress);
 
-  /// Once training is over: puts the scale of what shines right (returned_share()) and adds to the field what training
-  /// views show beyond it (ViewResiduals), where images show a level ground. Another step takes both away.
+  /// Ends the training: over a level ground, scales the brightness of the field `grid` by returned_share(). Another
+  /// step() takes the scale away again.
   void finish();
 
   std::int64_t steps_done() const;

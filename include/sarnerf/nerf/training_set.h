@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sarnerf/core/impulse_response.h"
+#include "sarnerf/dataset/outliers.h"
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/geometry/box.h"
 #include "sarnerf/nerf/clutter.h"
@@ -15,7 +16,8 @@ namespace sarnerf {
 struct TrainingSet {
   std::vector<PosedImage> images;  ///< their acquisitions' aim is the origin
   Box box_m;                       ///< where matter may be, relative to the aim point
-  float peak = 0.0f;               ///< largest pixel: what PSNR refers to
+  float peak = 0.0f;               ///< largest pixel that is no outlier: what PSNR refers to
+  std::vector<Outlier> outliers;   ///< as they were found; `images` hold their limit
   float bright = 0.0f;             ///< mean of the brightest hundredth of the pixels above 0: scale of the brightness
   std::optional<Clutter> clutter;  ///< a level ground, where the images show one
   bool background = false;         ///< most pixels return power: zeros tell nothing of space
@@ -50,7 +52,7 @@ struct SceneHeights {
 /// are 40 dB darker than the brightest one and no resolution is told, those are the tails of an impulse response, and count as
 /// 0: what is dark carves.
 ///
-/// Throws InputError for images without any power, and UsageError where the ground that is told is not below the box's top.
+/// Throws InputError for images without any power or of pixels that are all equal, and UsageError where the ground that is told is not below the box's top.
 TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {},
                          const std::optional<Resolution>& resolution = {});
 
