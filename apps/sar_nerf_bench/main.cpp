@@ -3,13 +3,16 @@
 #include <span>
 
 #include "exit_code.h"
+#include "folder_name.h"
 #include "interrupt.h"
 #include "learning_output.h"
 #include "output_files.h"
 #include "process.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/parallel.h"
+#include "sarnerf/dataset/manifest.h"
 #include "sarnerf/nerf/blas_check.h"
 #include "sarnerf/report/raster.h"
 #include "study.h"
@@ -27,8 +30,8 @@ void check_place(const Options& o) {
     throw UsageError(o.output.string() +
                      ": expected a place for a folder, found a file; choose another -o");
   for (const auto& input : {o.training, o.against}) {
-    if (std::filesystem::equivalent(input, o.output, ignored))
-      throw UsageError(o.output.string() + " is a dataset; choose another folder (-o)");
+    if (app::is_within(o.output, input))
+      throw UsageError(o.output.string() + " lies in the dataset " + input.string() + "; choose a folder beside it (-o)");
   }
   app::require_possible(o.output);
   if (!o.overwrite && std::filesystem::exists(o.output / "learning.json", ignored))
@@ -54,7 +57,28 @@ void write(const std::filesystem::path& folder, const nlohmann::ordered_json& en
   files.commit();
 }
 
+/// The runs that the study would make, one field a line.
+std::string plan_text(const Options& o) {
+  const Dataset training = read_manifest(o.training), against = read_manifest(o.against);
+  double total_s = 0.0;
+  std::string text = format("plan\n  learned from  %zu views of %s\n  scored on     up to %zu of %zu views of %s\n",
+                            training.views.size(), o.training.c_str(), o.n_views, against.views.size(), o.against.c_str());
+  for (const auto& [field, times_s] : o.contest) {
+    text += format("  %-13s", field.c_str());
+    for (const double time_s : times_s) {
+      text += format(" %g s", time_s);
+      total_s += time_s * o.n_seeds;
+    }
+    text += format(", %d seed%s\n", o.n_seeds, o.n_seeds == 1 ? "" : "s");
+  }
+  return text + format("  time          %g s of training, and the scoring\n  output        %s/\n", total_s, o.output.c_str());
+}
+
 void run(const Options& options, const Loading& loading, app::Console& console) {
+  if (options.dry_run) {
+    app::print_result(plan_text(options));
+    return;
+  }
   check_place(options);
   const int n = thread_count();
   app::use_torch_threads(n);
@@ -74,6 +98,11 @@ void run(const Options& options, const Loading& loading, app::Console& console) 
     write(options.output, environment, study);
     tables = learning_tables(study);
   });
+  if (options.shared.verbosity < 0) {
+    tables.clear();
+    for (const char* name : {"learning.json", "learning.md", "learning.svg", "learning.png"})
+      tables += (options.output / name).string() + "\n";
+  }
   app::print_result(tables);
 }
 

@@ -95,7 +95,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
   app::CommandLine command("sar_nerf_bench", kDescription);
   std::string training, against, fields = "grid,mlp,plain", seeds = "1", views = "16", output;
   std::vector<std::string> times;
-  bool quick = false, overwrite = false;
+  bool quick = false, overwrite = false, dry_run = false;
 
   CLI::App& p = command.parser();
   p.add_option("TRAINING", training, "Folder with dataset.json whose views are learned from")
@@ -134,19 +134,21 @@ std::optional<Options> parse_options(int argc, char** argv) {
   p.add_flag("--overwrite", overwrite, "Replace the study that is there")
       ->configurable(false)
       ->group(group);
+  p.add_flag("--dry-run", dry_run, "Print the runs and stop")->configurable(false)->group(group);
   command.add_shared_options();
   p.footer(kFooter);
   if (!command.parse(argc, argv)) return std::nullopt;
 
   Options o;
-  o.training = app::without_slash(training);
-  o.against = app::without_slash(against);
+  o.training = app::dataset_folder(training);
+  o.against = app::dataset_folder(against);
   o.contest = contest_of(fields, times, quick);
   o.n_seeds = static_cast<int>(app::parse_whole("--seeds", seeds, 1, 1000));
   o.n_views = static_cast<std::size_t>(app::parse_whole("--views", views, 1, 1'000'000));
   o.output = app::without_slash(output);
   if (o.output.empty()) o.output = app::full_path(o.training).filename().string() + "_learning";
   o.overwrite = overwrite;
+  o.dry_run = dry_run;
   o.shared = command.shared_options();
   return o;
 }

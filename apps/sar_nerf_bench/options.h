@@ -22,6 +22,7 @@ struct Options {
   std::size_t n_views = 16;
   std::filesystem::path output;
   bool overwrite = false;
+  bool dry_run = false;  ///< print the runs and stop
   app::SharedOptions shared;
 };
 

@@ -13,6 +13,7 @@
 #include "sarnerf/core/input_file.h"
 #include "sarnerf/dataset/evaluation.h"
 #include "sarnerf/dataset/fingerprint.h"
+#include "sarnerf/dataset/outliers.h"
 #include "torch_setup.h"
 #include "version.h"
 #include "view_choice.h"
@@ -38,7 +39,10 @@ std::vector<PosedImage> training_images(const Job& job, Console& console, const 
         if (view.image == dataset.views[n].image) which.push_back(n);
       }
     }
-    return load_images(folder, dataset, which, monitor);
+    // As training took them.
+    std::vector<PosedImage> images = load_images(folder, dataset, which, monitor);
+    limit_outliers(images);
+    return images;
   } catch (const InputError& e) {
     if (asked) throw;
     console.warning(std::string("no baselines, for the training images are not there any more (") +
@@ -67,8 +71,8 @@ std::vector<PosedImage> truth_images(const Job& job, Console& console, const Mon
     throw UsageError(name +
                      ": the model was trained on all its views, so none is left to compare with");
   if (n_seen > 0)
-    console.note(name + ": " + std::to_string(n_seen) +
-                 " views with the angles of a training view left out");
+    console.note(name + ": " + std::to_string(n_seen) + (n_seen == 1 ? " view" : " views") +
+                 " with the angles of a training view left out");
   return load_images(o.against, dataset, unseen, monitor);
 }
 
@@ -142,7 +146,8 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
     if (!missing.empty()) j["lpips_missing"] = missing;
     write_file_atomically(file, j.dump(2) + "\n");
   }
-  return table;
+  if (o.shared.verbosity >= 0) return table;
+  return file.empty() ? "" : file.string() + "\n";
 }
 
 }  // namespace sarnerf::app

@@ -24,14 +24,18 @@ std::uint64_t image_bytes(const std::vector<DatasetView>& views) {
   return bytes;
 }
 
+std::string count_text(std::size_t n, const char* what) {
+  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+}
+
 void refuse_beyond_memory(const Options& o, const std::vector<DatasetView>& all) {
   if (o.shared.max_memory_bytes == 0) return;
   const std::uint64_t needed = kBaseMemory + image_bytes(all);
   if (needed <= o.shared.max_memory_bytes) return;
-  throw UsageError("the images of " + std::to_string(all.size()) +
-                   " views and the program need about " + bytes_text(needed) +
+  throw UsageError("the images of " + count_text(all.size(), "view") +
+                   " and the program need about " + bytes_text(needed) +
                    ", more than --max-memory " + bytes_text(o.shared.max_memory_bytes) +
-                   "; use fewer or smaller views");
+                   (all.size() > 1 ? "; use fewer or smaller views" : "; use a smaller view, or allow more"));
 }
 
 std::vector<DatasetView> chosen(const std::vector<DatasetView>& views,
@@ -39,10 +43,6 @@ std::vector<DatasetView> chosen(const std::vector<DatasetView>& views,
   std::vector<DatasetView> list;
   for (const std::size_t n : which) list.push_back(views[n]);
   return list;
-}
-
-std::string count_text(std::size_t n, const char* what) {
-  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
 }
 
 /// Views of --against that may be predicted.
@@ -71,6 +71,9 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
   if (data.dataset.quantity == Quantity::amplitude)
     console.note(o.dataset.string() +
                  " holds amplitudes: they are squared, power is what is learned");
+  for (const Outlier& outlier : data.set.outliers) console.warning(outlier_text(outlier, data.set.images));
+  for (const Outlier& outlier : find_outliers(data.validation))
+    console.warning("of the views to compare with: " + outlier_text(outlier, data.validation));
   if (views.size() == 1)
     console.warning(
         "a single view says little of the scene's shape: expect other views to be wrong");
@@ -82,7 +85,7 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
   }
   if (n_repeated > 0)
     console.warning(count_text(n_repeated, "training view") +
-                    " has the angles of another one: they are averaged, and count twice");
+                    (n_repeated == 1 ? " has" : " have") + " the angles of another one: they are averaged, and count twice");
 }
 
 /// What the user told, which must be possible; else what the dataset says, if it is.
@@ -92,7 +95,9 @@ std::optional<Resolution> usable_resolution(const Options& o, const Dataset& dat
   try {
     for (const DatasetView& v : dataset.views) impulse_response(*resolution, v.azimuth_spacing_m, v.range_spacing_m);
   } catch (const UsageError& error) {
-    if (!o.resolution.automatic) throw;
+    if (!o.resolution.automatic)
+      throw UsageError(std::string("--resolution: ") + error.what() + " (the spacing is that of the images in " +
+                       o.dataset.string() + ", which training cannot change)");
     console.warning(o.dataset.string() + ": its impulse response of " + resolution_text(*resolution) +
                     " is left out, for no image of its spacing has it; --resolution tells another one");
     return {};

@@ -41,6 +41,11 @@ void run(const Options& asked, Console& console) {
   if (options.smoothness.validated) times.add("choose smoothness", choosing.seconds());
   if (options.field == "mlp") warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
   const std::string config = config_text(options, training);
+  if (options.dry_run) {
+    const Trainer trainer(data.set, training);
+    print_result(explain(options, data, trainer) + "\n");
+    return;
+  }
   make_folder(folder.path());
   const FolderLock lock(folder.path());
   const Start start = start_run(options, folder, config, data.fingerprint, console);

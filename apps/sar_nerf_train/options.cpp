@@ -41,7 +41,7 @@ struct Texts {
   std::string holdout = "auto", patience = "off", against, lpips, despeckle = "off", seed = "1";
   std::vector<std::string> training;
   std::string output, resume;
-  bool overwrite = false, explain = false;
+  bool overwrite = false, explain = false, dry_run = false;
 };
 
 void add_options(CommandLine& command, Texts& t) {
@@ -49,7 +49,7 @@ void add_options(CommandLine& command, Texts& t) {
   const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
     return command.add_text_option(name, text, type, help);
   };
-  p.add_option("DATASET", t.dataset, "Folder with dataset.json, as sar_render makes it")
+  p.add_option("DATASET", t.dataset, "Folder with dataset.json, as sar_render makes it, or that file")
       ->type_name("FOLDER")
       ->required();
 
@@ -103,6 +103,7 @@ void add_options(CommandLine& command, Texts& t) {
   command.add_flag("--explain", t.explain,
              "Print the plan before the work, with what is left out and why")
       ->configurable(false);
+  command.add_flag("--dry-run", t.dry_run, "Print the plan and stop: nothing is written")->configurable(false);
 
   command.same_meaning({"steps", "time"});
   command.add_shared_options();
@@ -123,7 +124,7 @@ Smoothness parse_smoothness(const Texts& t) {
 Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   Options o;
   o.shared = command.shared_options();
-  o.dataset = without_slash(t.dataset);
+  o.dataset = dataset_folder(t.dataset);
   o.field = t.field;
   if (t.surfaces != "auto") o.surfaces = t.surfaces == "on";
   if (t.ground_height != "auto") o.heights.ground_m = parse_number("--ground-height", t.ground_height);
@@ -142,7 +143,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   o.holdout_text = t.holdout;
   o.holdout = parse_holdout(t.holdout);
   if (t.patience != "off") o.patience = parse_part("--patience", t.patience, 0.1, 1.0);
-  o.against = without_slash(t.against);
+  o.against = dataset_folder(t.against);
   o.lpips = t.lpips;
   o.despeckle_deg = parse_despeckle_deg(t.despeckle);
   o.seed = static_cast<std::uint64_t>(
@@ -157,6 +158,7 @@ Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
   if (o.run.empty()) o.run = full_path(o.dataset).filename().string() + "_run";
   o.overwrite = t.overwrite;
   o.explain = t.explain;
+  o.dry_run = t.dry_run;
   return o;
 }
 

@@ -42,6 +42,7 @@ struct Options {
   bool resume = false;                ///< `run` holds what is continued
   bool overwrite = false;
   bool explain = false;
+  bool dry_run = false;               ///< print the plan and stop
   SharedOptions shared;
 };
 

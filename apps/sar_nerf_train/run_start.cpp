@@ -3,9 +3,11 @@
 
 #include "checkpoint.h"
 #include "config_text.h"
+#include "folder_name.h"
 #include "output_files.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/nerf/model_file.h"
 
 namespace sarnerf::app {
 namespace {
@@ -13,6 +15,16 @@ namespace {
 bool is_there(const std::filesystem::path& path) {
   std::error_code ignored;
   return std::filesystem::exists(path, ignored);
+}
+
+/// A model that cannot be read is made again from the checkpoint.
+bool is_whole_model(const std::filesystem::path& path) {
+  try {
+    (void)read_model(path);
+    return true;
+  } catch (const CheckpointError&) {
+    return false;
+  }
 }
 
 [[noreturn]] void refuse(const RunFolder& folder, const std::string& why) {
@@ -49,11 +61,10 @@ void check_place(const Options& o, const RunFolder& folder) {
   if (is_there(folder.path()) && !std::filesystem::is_directory(folder.path()))
     throw UsageError(folder.path().string() +
                      ": expected a place for a folder, found a file; choose another -o");
-  std::error_code ignored;
   for (const auto& input : {o.dataset, o.against}) {
-    if (!input.empty() && std::filesystem::equivalent(input, folder.path(), ignored))
-      throw UsageError(folder.path().string() +
-                       " is the dataset; choose another folder for the run (-o)");
+    if (!input.empty() && is_within(folder.path(), input))
+      throw UsageError(folder.path().string() + " lies in the dataset " + input.string() +
+                       "; choose a folder beside it for the run (-o)");
   }
   require_possible(folder.path());
   if (!folder.occupied() || o.overwrite) return;
@@ -73,10 +84,12 @@ Start start_run(const Options& o, const RunFolder& folder, const std::string& co
         refuse(folder, "it was trained on other images: the dataset has changed since");
       require_longer(o, state);
       const bool same_length = config_difference(folder.config(), config, true).empty();
-      start.done =
-          state.finished && same_length && is_there(folder.report()) && is_there(folder.model());
+      start.done = state.finished && same_length && is_there(folder.report()) && is_whole_model(folder.model());
       if (start.done) return start;
-      console.note("continuing after " + std::to_string(state.steps) + " steps");
+      if (state.finished && same_length)
+        console.note(folder.path().string() + ": trained, but its model or report is missing or damaged: they are made again");
+      else
+        console.note("continuing after " + std::to_string(state.steps) + " steps");
     } else {
       folder.clear();
     }

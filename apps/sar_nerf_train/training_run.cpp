@@ -191,6 +191,10 @@ void TrainingRun::train(Console& console, const Monitor& monitor) {
         pending_ = checkpoint(false);
     }
     write(checkpoint(true));
+    if (trainer_.field().occupied_box_m().empty())
+      throw Error("nothing was learned: after " + std::to_string(trainer_.steps_done()) +
+                  " steps no voxel holds matter, and an empty field is neither saved nor scored; do the images show anything "
+                  "but ground, and of one scene?");
     trainer_.finish();
     field_size_ = trainer_.field().size_text();
     if (best_.step() != trainer_.steps_done()) best_field_ = best_.field();

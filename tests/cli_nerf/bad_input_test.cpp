@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <span>
 
 #include "../nerf/torch_catch.h"
 #include "programs.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/dataset/image_file.h"
+
+using Json = nlohmann::ordered_json;
 
 namespace {
 
@@ -68,6 +71,11 @@ TEST_CASE("bad datasets are refused in one line that names the place") {
                   sarnerf::Image<float>(32, 32));
     refused(scene, "nothing to learn");
   }
+  SECTION("pixels that are all equal") {
+    for (int n = 0; n < 4; ++n)
+      write_image(scene, "data/images/" + std::to_string(n) + ".tif", sarnerf::Image<float>(32, 32, 0.5f));
+    refused(scene, "are equal");
+  }
   SECTION("a test set of another place") {
     scene.write_dataset("test", 5, 3.0);
     scene.edit("test/dataset.json", "\"aim_m\": [\n    0.0", "\"aim_m\": [\n    7.0");
@@ -75,6 +83,75 @@ TEST_CASE("bad datasets are refused in one line that names the place") {
     CHECK(outcome.code == 2);
     CHECK(outcome.is_error("aim point"));
   }
+}
+
+TEST_CASE("a scene box that no image shows is refused before anything is trained") {
+  const SmallScene scene(12);
+  const auto refused_without_model = [&] {
+    const Outcome outcome = scene.train({"data", "-o", "run", "--steps", "3"});
+    INFO(outcome.err);
+    CHECK(outcome.code == 3);
+    CHECK(outcome.is_error("nothing can be learned"));
+    CHECK_FALSE(std::filesystem::exists(scene / "run/model.pt"));
+  };
+  const Json manifest = Json::parse(read_text(scene / "data/dataset.json"));
+  Json changed = manifest;
+  SECTION("beside the swath") {
+    for (auto& corner : changed["scene_box_m"]) corner[0] = corner[0].get<double>() + 1000.0;
+    write_text(scene / "data/dataset.json", changed.dump());
+    refused_without_model();
+  }
+  SECTION("an aim point far away") {
+    changed["aim_m"] = {1e9, 0.0, 0.0};
+    write_text(scene / "data/dataset.json", changed.dump());
+    refused_without_model();
+  }
+}
+
+TEST_CASE("one damaged pixel changes neither the peak nor what is learned") {
+  const SmallScene scene(12);
+  scene.write_dataset("test", 4, 7.0);
+  const auto db = [&](const std::string& run, bool warned) {
+    const Outcome outcome = scene.train({"data", "-o", run, "--steps", "60", "--against", "test"});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    CHECK((outcome.err.find("images/5.tif: pixel 3, 4") != std::string::npos) == warned);
+    const Json report = Json::parse(read_text(scene / run / "report.json"));
+    return report["evaluation"]["model"]["mean"]["psnr_power_db"].get<double>();
+  };
+  const double good_db = db("good", false);
+  for (const float damage : {1e4f, 1e6f, 1e30f}) {
+    sarnerf::Image<float> image = sarnerf::read_image(scene / "data/images/5.tif");
+    image(3, 4) = damage;
+    write_image(scene, "data/images/5.tif", image);
+    const double damaged_db = db("run_" + std::to_string(damage), true);
+    CHECK(damaged_db < good_db + 0.5);
+    CHECK(damaged_db > good_db - 3.0);
+  }
+}
+
+TEST_CASE("images of any scale are learned from alike") {
+  const SmallScene scene(12);
+  const auto db = [&](const std::string& run, float scale) {
+    for (const char* set : {"data", "test"}) {
+      scene.write_dataset(set, set == std::string("data") ? 12 : 4, set == std::string("data") ? 0.0 : 7.0);
+      for (int n = 0; n < (set == std::string("data") ? 12 : 4); ++n) {
+        const std::string name = std::string(set) + "/images/" + std::to_string(n) + ".tif";
+        sarnerf::Image<float> image = sarnerf::read_image(scene / name);
+        for (float& p : image.pixels()) p *= scale;
+        write_image(scene, name, image);
+      }
+    }
+    const Outcome outcome = scene.train({"data", "-o", run, "--steps", "60", "--against", "test"});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const Json report = Json::parse(read_text(scene / run / "report.json"));
+    return report["evaluation"]["model"]["mean"]["psnr_power_db"].get<double>();
+  };
+  const double usual_db = db("usual", 1.0f);
+  CHECK(usual_db > 20.0);
+  CHECK(db("large", 1e20f) == Approx(usual_db).margin(0.5));
+  CHECK(db("small", 1e-20f) == Approx(usual_db).margin(0.5));
 }
 
 TEST_CASE("odd datasets are learned from") {

@@ -201,7 +201,7 @@ TEST_CASE("options of training are checked before anything is written") {
   refused({"--resolution", "0.9", "--window", "tailor"}, "taylor");
   refused({"--resolution", "0.01"}, "under-samples");
   CHECK(scene.train({"--resume", "nowhere"}).code == 3);
-  CHECK(scene.train({"data", "-o", "data"}).is_error("is the dataset"));
+  CHECK(scene.train({"data", "-o", "data"}).is_error("lies in the dataset"));
   CHECK(scene.train({"--help"}).code == 0);
   CHECK(scene.train({"--version"}).out.starts_with("sar_nerf_train "));
 }
