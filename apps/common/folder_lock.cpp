@@ -7,6 +7,7 @@
 
 #include <cerrno>
 
+#include "output_lock.h"
 #include "sarnerf/core/error.h"
 
 namespace sarnerf::app {
@@ -14,9 +15,10 @@ namespace sarnerf::app {
 FolderLock::FolderLock(const std::filesystem::path& folder)
     : fd_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
   if (fd_ < 0 || ::flock(fd_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  const std::string holder = lock_holder(fd_);
   ::close(fd_);
-  throw UsageError(folder.string() +
-                   ": another program is writing there; wait for it or choose another folder (-o)");
+  throw UsageError(folder.string() + ": " + holder +
+                   " is writing there; wait for that or choose another folder (-o)");
 }
 
 FolderLock::~FolderLock() {

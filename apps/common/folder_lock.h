@@ -9,7 +9,7 @@ namespace sarnerf::app {
 /// ends with the process however that ends. File systems that cannot lock are trusted.
 class FolderLock {
  public:
-  /// Throws UsageError when another program holds the folder.
+  /// Throws UsageError, which names the holder, when another program has the folder.
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

@@ -6,6 +6,7 @@
 #include "display_scale.h"
 #include "model_place.h"
 #include "output_files.h"
+#include "output_lock.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/stopwatch.h"
@@ -52,6 +53,8 @@ std::string write_single_view(const Job& job, Console& console, const Monitor& m
   }
   const auto folder = paths.tiff.parent_path();
   require_possible(folder.empty() ? "." : folder);
+  if (!folder.empty()) make_folder(folder);
+  const OutputLock lock({paths.tiff, paths.png, paths.report, paths.recipe});
   const std::string result =
       paths.tiff.string() + "\n" + paths.png.string() + "\n" + paths.recipe.string() + "\n";
   if (!job.options.overwrite && finished(paths, job.request)) {
@@ -71,7 +74,6 @@ std::string write_single_view(const Job& job, Console& console, const Monitor& m
   const DisplayScale scale(std::span(&white, 1));
   Json recipe = make_recipe(kProgram, job.request, {{"view", Json::parse(view_text(view))}});
   recipe["display"] = scale.text(job.quantity);
-  if (!folder.empty()) make_folder(folder);
   AtomicFiles files;
   files.add(paths.tiff, encode_tiff(image));
   files.add(paths.png, make_picture(image, job.quantity, scale));

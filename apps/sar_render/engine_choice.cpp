@@ -5,6 +5,9 @@
 #include <cstdio>
 
 #include "memory.h"
+#include "output_lock.h"
+#include "output_place.h"
+#include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/stopwatch.h"
 #include "sarnerf/render/surface_engine.h"
 #include "sarnerf/render/voxel_engine.h"
@@ -43,6 +46,26 @@ double choose_voxel_size_m(const Options& options, const Scene& scene, std::vect
   return size_m;
 }
 
+/// Keeps the place of --save-volume until the voxels are there, from before long work.
+class VolumePlace {
+ public:
+  explicit VolumePlace(const Options& options) : file_(options.dry_run ? std::filesystem::path() : options.save_volume) {
+    if (file_.empty()) return;
+    if (file_.has_parent_path()) make_folder(file_.parent_path());
+    lock_.emplace(std::vector{file_});
+    require_volume_place(options);
+  }
+  void write(const VdbScene& voxels, Console& console) const {
+    if (file_.empty()) return;
+    write_vdb(voxels, file_);
+    console.note("the voxels are in " + file_.string());
+  }
+
+ private:
+  std::filesystem::path file_;
+  std::optional<OutputLock> lock_;
+};
+
 /// The voxels, and others of twice the size, from which views estimate what voxels cost in accuracy.
 struct VoxelLevels {
   Volume fine, coarse;
@@ -51,15 +74,13 @@ struct VoxelLevels {
 VoxelLevels voxels_of(const Options& options, const Scene& scene, BuiltEngine& built, Console& console,
                       const Monitor& monitor) {
   const Stopwatch watch;
+  const VolumePlace place(options);
   VoxeliseOptions voxelising;
   voxelising.voxel_size_m = choose_voxel_size_m(options, scene, built.notes);
   voxelising.max_memory_bytes = memory_for_voxelising(options.shared.max_memory_bytes);
   voxelising.monitor = monitor;
   const VdbScene voxels = voxelise(scene, voxelising);
-  if (!options.save_volume.empty()) {
-    write_vdb(voxels, options.save_volume);
-    console.note("the voxels are in " + options.save_volume.string());
-  }
+  place.write(voxels, console);
   VoxelLevels levels{to_volume(voxels, voxelising.max_memory_bytes), {}};
   voxelising.voxel_size_m *= 2.0;
   levels.coarse = to_volume(voxelise(scene, voxelising), voxelising.max_memory_bytes);
@@ -70,6 +91,7 @@ VoxelLevels voxels_of(const Options& options, const Scene& scene, BuiltEngine& b
 }  // namespace
 
 LoadedVolume load_volume(const Options& options, const LoadOptions& load, Console& console) {
+  const VolumePlace place(options);
   VdbReadOptions reading;
   reading.up = load.up;
   reading.units_m = load.units_m;
@@ -79,7 +101,7 @@ LoadedVolume load_volume(const Options& options, const LoadOptions& load, Consol
   reading.monitor = load.monitor;
   const VdbScene voxels = read_vdb(options.scene, reading);
   for (const std::string& note : voxels.notes) console.note(note);
-  if (!options.save_volume.empty()) write_vdb(voxels, options.save_volume);
+  place.write(voxels, console);
   LoadedVolume loaded;
   loaded.volume = to_volume(voxels, memory_for_volume(load.max_memory_bytes));
   loaded.scene = scene_around(loaded.volume, options.scene, load);

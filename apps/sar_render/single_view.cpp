@@ -6,6 +6,7 @@
 
 #include "display_scale.h"
 #include "output_files.h"
+#include "output_lock.h"
 #include "output_place.h"
 #include "products.h"
 #include "report.h"
@@ -40,6 +41,13 @@ void remove_old_layers(const ImagePaths& paths) {
   }
 }
 
+/// All files of the view.
+std::vector<std::filesystem::path> outputs_of(const Options& options, const ImagePaths& paths) {
+  std::vector<std::filesystem::path> outputs{paths.tiff, paths.png, paths.recipe, paths.report};
+  for (const std::string& ending : layer_endings(options.layers)) outputs.push_back(paths.layer(ending));
+  return outputs;
+}
+
 [[noreturn]] void refuse(const ImagePaths& paths, const std::string& why) {
   throw UsageError(paths.tiff.string() + ": other output is in the way (" + why +
                    "); choose another name (-o) or allow --overwrite");
@@ -49,8 +57,7 @@ void remove_old_layers(const ImagePaths& paths) {
 
 void check_single_view(const Options& options, const Json& request) {
   const ImagePaths paths = image_paths(options);
-  std::vector<std::filesystem::path> outputs{paths.tiff, paths.png, paths.recipe, paths.report};
-  for (const std::string& ending : layer_endings(options.layers)) outputs.push_back(paths.layer(ending));
+  std::vector<std::filesystem::path> outputs = outputs_of(options, paths);
   for (const auto& path : outputs) {
     refuse_input(path, options);
     if (std::filesystem::is_directory(path)) {
@@ -83,6 +90,8 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
     result += paths.layer(ending).string() + "\n";
   }
   result += paths.recipe.string() + "\n";
+  if (paths.tiff.has_parent_path()) make_folder(paths.tiff.parent_path());
+  const OutputLock lock(outputs_of(job.options, paths));
 
   if (!job.options.overwrite) {
     if (const auto found = read_recipe(paths.recipe)) {
@@ -101,7 +110,6 @@ std::string write_single_view(Job& job, const Json& request, const Stopwatch& to
   for (const std::string& warning : products.warnings) console.warning(warning);
   monitor.check();
 
-  if (paths.tiff.has_parent_path()) make_folder(paths.tiff.parent_path());
   const Stopwatch drawing;
   const float white = white_level(products.image);
   const DisplayScale scale(std::span(&white, 1));
