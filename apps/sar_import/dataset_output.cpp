@@ -97,10 +97,7 @@ class Import {
       provenance["assumed"]["slant_range_m"] = {{"value", options_.slant_range_m},
                                                 {"views", n_assumed}};
     if (n_nominal > 0) provenance["assumed"]["depression_is_nominal"] = {{"views", n_nominal}};
-    if (dataset.views.size() < sources_.size())
-      provenance["unfinished"] = std::to_string(dataset.views.size()) + " of " +
-                                 std::to_string(sources_.size()) +
-                                 " views; the command of the recipe continues";
+    if (dataset.views.size() < sources_.size()) dataset.n_planned_views = sources_.size();
     dataset.provenance_json = provenance.dump();
     return manifest_text(dataset);
   }

@@ -38,10 +38,7 @@ std::string manifest_of(const Job& job, const std::vector<DatasetView>& views,
       {"model", job.request.at("model")},
       {"learned_from", {{"sha256", info.dataset_sha256}, {"views", info.training_views.size()}}}};
   if (!display.is_null()) provenance["display"] = display;
-  if (dataset.views.size() < views.size())
-    provenance["unfinished"] = std::to_string(dataset.views.size()) + " of " +
-                               std::to_string(views.size()) +
-                               " views; the command of the recipe continues";
+  if (dataset.views.size() < views.size()) dataset.n_planned_views = views.size();
   dataset.provenance_json = provenance.dump();
   return manifest_text(dataset);
 }

@@ -40,11 +40,7 @@ std::string manifest_of(const Job& job, const Json& recipe, const std::vector<ch
     provenance["layers"] = {{"folder", "layers"}, {"names", layers_request(job.options.layers)}};
   }
   if (display) provenance["display"] = display->text(job.options.quantity);
-  if (dataset.views.size() < job.views.size()) {
-    provenance["unfinished"] = std::to_string(dataset.views.size()) + " of " +
-                               std::to_string(job.views.size()) +
-                               " views; the command of the recipe continues";
-  }
+  if (dataset.views.size() < job.views.size()) dataset.n_planned_views = job.views.size();
   dataset.provenance_json = provenance.dump();
   return manifest_text(dataset);
 }

@@ -23,6 +23,12 @@ Acquisition acquisition_of(const DatasetView& view, const glm::dvec3& aim_m) {
   return a;
 }
 
+std::string unfinished_text(const Dataset& dataset) {
+  if (!dataset.unfinished()) return "";
+  return std::to_string(dataset.views.size()) + " of " + std::to_string(dataset.n_planned_views) +
+         " views: what makes them was interrupted; the same command makes the rest";
+}
+
 Box scene_box_of_swath(const glm::dvec3& aim_m, std::span<const DatasetView> views) {
   if (views.empty()) throw UsageError("a dataset needs at least one view");
   double half_m = 0.0, height_m = 0.0;

@@ -148,6 +148,14 @@ std::vector<DatasetView> read_views(const JsonReader& reader, const glm::dvec3& 
   return views;
 }
 
+std::size_t read_planned_views(const JsonReader& reader, std::size_t n_views) {
+  const auto n_planned = static_cast<std::size_t>(reader.positive_integer());
+  if (n_planned <= n_views) {
+    reader.fail("expected more than the " + std::to_string(n_views) + " views that are there, found " + std::to_string(n_planned));
+  }
+  return n_planned;
+}
+
 Resolution read_resolution(JsonReader reader) {
   Resolution resolution;
   const JsonReader widths = reader.at("resolution_m");
@@ -183,6 +191,18 @@ std::map<std::string, std::vector<std::string>> read_splits(JsonReader reader,
   return splits;
 }
 
+/// Who makes a dataset writes the recipe first, the manifest last.
+std::string why_missing(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(folder / "recipe.json", ignored) || !std::filesystem::is_directory(folder / "images", ignored))
+    return "the manifest cannot be opened; expected a dataset's folder";
+  const auto n_images = std::ranges::count_if(std::filesystem::directory_iterator(folder / "images", ignored),
+                                              [](const auto& entry) { return entry.path().extension() == ".tif"; });
+  return "the program that makes this dataset was stopped before it wrote its manifest, or is still at work (" +
+         std::to_string(n_images) + (n_images == 1 ? " image is" : " images are") +
+         " there); repeat its command, which keeps what is whole and makes the rest";
+}
+
 }  // namespace
 
 Dataset parse_manifest(std::string_view text, const std::string& where) {
@@ -203,6 +223,7 @@ Dataset parse_manifest(std::string_view text, const std::string& where) {
   dataset.scene_box_m = read_box(reader.at("scene_box_m"));
   if (reader.has("impulse_response")) dataset.resolution = read_resolution(reader.at("impulse_response"));
   dataset.views = read_views(reader.at("views"), dataset.aim_m);
+  if (reader.has("planned_views")) dataset.n_planned_views = read_planned_views(reader.at("planned_views"), dataset.views.size());
   if (reader.has("splits")) dataset.splits = read_splits(reader.at("splits"), dataset.views);
   const JsonReader provenance = reader.at("provenance");
   if (!provenance.json().is_object()) provenance.fail("expected an object");
@@ -214,9 +235,7 @@ Dataset parse_manifest(std::string_view text, const std::string& where) {
 Dataset read_manifest(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / kManifestName;
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) {
-    throw InputError(path.string() + ": the manifest cannot be opened; expected a dataset's folder");
-  }
+  if (!std::filesystem::exists(path, ignored)) throw InputError(path.string() + ": " + why_missing(folder));
   return parse_manifest(read_whole_file(path), path.string());
 }
 

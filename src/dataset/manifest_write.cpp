@@ -59,6 +59,7 @@ std::string manifest_text(const Dataset& dataset) {
       Json::array({vector_json(dataset.scene_box_m.min), vector_json(dataset.scene_box_m.max)});
   if (const auto& r = dataset.resolution)
     head["impulse_response"] = {{"resolution_m", {r->azimuth_m, r->range_m}}, {"window", text_of(r->window)}};
+  if (dataset.unfinished()) head["planned_views"] = dataset.n_planned_views;
   if (!dataset.splits.empty()) head["splits"] = dataset.splits;
   std::string text;
   try {

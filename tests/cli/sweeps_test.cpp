@@ -4,6 +4,7 @@
 
 #include "catch.h"
 #include "program.h"
+#include "sarnerf/core/error.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/dataset/manifest.h"
 
@@ -164,7 +165,7 @@ TEST_CASE("interrupted, a sweep keeps its finished views and continues to the sa
     return std::vector<std::string>{"box.obj", "--pitch", "45",           "--azimuth", "0:299:1", "--size",
                                     "32x32",   "-o",      output,         "--elevations", "3000"};
   };
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
     const std::string name = "s" + std::to_string(signal);
     bool sent = false;
     const auto when_some_are_there = [&] {
@@ -174,13 +175,27 @@ TEST_CASE("interrupted, a sweep keeps its finished views and continues to the sa
     };
     const Outcome outcome = sar_render(slow(name), {folder.path(), 0, {}, when_some_are_there, {}});
     INFO(outcome.err);
+    CHECK(outcome.out.empty());
+    if (signal == SIGKILL) {
+      REQUIRE(outcome.code == -SIGKILL);
+      std::string why;
+      try {
+        (void)read_manifest(folder / name);
+      } catch (const InputError& error) {
+        why = error.what();
+      }
+      CHECK(why.find("stopped before it wrote its manifest") != std::string::npos);
+      CHECK(why.find("repeat its command") != std::string::npos);
+      CHECK(folder.run(slow(name)).code == 0);
+      continue;
+    }
     REQUIRE(outcome.code == 130);
     CHECK(outcome.err.find("the same command continues") != std::string::npos);
-    CHECK(outcome.out.empty());
     const Dataset partial = read_manifest(folder / name);
     CHECK(partial.views.size() == n_images(folder / name));
     CHECK(partial.views.size() < 300);
-    CHECK(partial.provenance_json.find("unfinished") != std::string::npos);
+    CHECK(partial.n_planned_views == 300);
+    CHECK(partial.unfinished());
     for (const DatasetView& view : partial.views) {
       CHECK(read_image(folder / name / view.image).n_range() == 32);
     }
@@ -195,6 +210,8 @@ TEST_CASE("interrupted, a sweep keeps its finished views and continues to the sa
   CHECK(folder.run(slow("straight")).code == 0);
   CHECK(folder.contents("straight") == folder.contents("s" + std::to_string(SIGINT)));
   CHECK(folder.contents("straight") == folder.contents("s" + std::to_string(SIGTERM)));
+  CHECK(folder.contents("straight") == folder.contents("s" + std::to_string(SIGKILL)));
+  CHECK_FALSE(read_manifest(folder / "straight").unfinished());
 }
 
 TEST_CASE("interrupted before anything is finished, nothing of a single view is left") {

@@ -65,6 +65,15 @@ std::string error_of(const std::string& text) {
   return "accepted";
 }
 
+std::string error_of_folder(const std::filesystem::path& folder) {
+  try {
+    (void)read_manifest(folder);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
 }  // namespace
 
 TEST_CASE("a manifest comes back as it was, and writes the same bytes again") {
@@ -212,4 +221,32 @@ TEST_CASE("what would not be read is not written") {
   d = example();
   d.scale = std::nan("");
   CHECK_THROWS_AS(manifest_text(d), UsageError);
+}
+
+TEST_CASE("an unfinished dataset says how many views there will be") {
+  Dataset d = example();
+  CHECK_FALSE(d.unfinished());
+  CHECK(unfinished_text(d).empty());
+  CHECK(manifest_text(d).find("planned_views") == std::string::npos);
+  d.n_planned_views = 576;
+  const Dataset back = parse_manifest(manifest_text(d), "dataset.json");
+  CHECK(back.unfinished());
+  CHECK(back.n_planned_views == 576);
+  CHECK(unfinished_text(back).find("2 of 576 views") == 0);
+  d.n_planned_views = d.views.size();
+  CHECK_FALSE(parse_manifest(manifest_text(d), "dataset.json").unfinished());
+  CHECK(error_of(altered("\"splits\"", "\"planned_views\": 2, \"splits\"")).find("planned_views: expected more than the 2 views") !=
+        std::string::npos);
+  CHECK(error_of(altered("\"splits\"", "\"planned_views\": -3, \"splits\"")).find("planned_views") != std::string::npos);
+}
+
+TEST_CASE("a folder without a manifest: whether somebody began to make a dataset there") {
+  const ScratchFolder folder;
+  CHECK(error_of_folder(folder.path()).find("expected a dataset's folder") != std::string::npos);
+  write_text(folder / "recipe.json", "{}");
+  CHECK(error_of_folder(folder.path()).find("expected a dataset's folder") != std::string::npos);
+  std::filesystem::create_directory(folder / "images");
+  CHECK(error_of_folder(folder.path()).find("(0 images are there); repeat its command") != std::string::npos);
+  write_text(folder / "images/view_000.tif", "");
+  CHECK(error_of_folder(folder.path()).find("(1 image is there); repeat its command") != std::string::npos);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -48,9 +49,15 @@ struct Dataset {
   Box scene_box_m;  ///< what the swath sees; see scene_box_of_swath
   std::optional<Resolution> resolution;  ///< of the impulse response that all images have; none: unknown, or none
   std::vector<DatasetView> views;
+  std::size_t n_planned_views = 0;  ///< of an interrupted sweep: how many views it will have; 0: all are there
   std::map<std::string, std::vector<std::string>> splits;  ///< name to images, disjoint
   std::string provenance_json = "{}";  ///< a JSON object, kept as it is
+
+  bool unfinished() const { return n_planned_views > views.size(); }
 };
+
+/// "31 of 576 views: …", what to tell who reads an unfinished dataset, and how it is finished; empty for a whole one.
+std::string unfinished_text(const Dataset& dataset);
 
 /// Name of the manifest in a dataset's folder.
 inline constexpr std::string_view kManifestName = "dataset.json";
@@ -80,7 +87,8 @@ std::string view_text(const DatasetView& view);
 /// contradicts range and angle, images outside of the folder or listed twice, and splits that overlap.
 Dataset parse_manifest(std::string_view text, const std::string& where);
 
-/// parse_manifest on the dataset.json of a folder.
+/// parse_manifest on the dataset.json of a folder. Where there is none, the InputError says whether a program was killed
+/// there before it wrote one.
 Dataset read_manifest(const std::filesystem::path& folder);
 
 }  // namespace sarnerf
