@@ -15,7 +15,7 @@ clean_tree() {
   printf '%s\n#include <vector>\n#include <glm/glm.hpp>\n' "$licence" > include/sarnerf/core/a.h
   printf '%s\n// printed eq. 2\n' "$licence" > src/core/a.cpp
   printf '%s\n#include "sarnerf/core/a.h"\n' "$licence" > src/geometry/b.cpp
-  printf '| 2 | row |\n' > docs/equations.md
+  printf '| printed | where |\n|---|---|\n| 2 | `core/a.h`, `src/core/a.cpp` |\n' > docs/equations.md
   touch CMakeLists.txt CMakePresets.json README.md
 }
 
@@ -40,6 +40,9 @@ done
 offence equations src/core/a.cpp '// printed eqs. 2, 99'
 offence equations src/core/a.cpp '/// printed eqs. 2 and 35'
 offence equations src/core/a.cpp '/// (printed 2–98)'
+offence equations docs/equations.md '| 3 | learning half |'
+offence equations docs/equations.md '| 3 | `core/a.h`, `core/none.h` |'
+offence equations docs/equations.md '\n| 3 | form |\n|---|---|\n| 4 | `core/a.h` |'
 offence includes include/sarnerf/bake/c.h '#include "sarnerf/nerf/model_file.h"'
 offence includes src/core/a.cpp '#include "sarnerf/geometry/b.h"'
 offence includes src/geometry/b.cpp '#include <sarnerf/render/b.h>'
