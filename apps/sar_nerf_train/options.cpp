@@ -20,8 +20,8 @@ constexpr const char* kDescription =
     "Writes a run folder: model.pt for sar_nerf_render, checkpoints/, metrics.jsonl, report.html. "
     "The same\n"
     "command continues after an interruption. Images of amplitude are squared: what is modelled is "
-    "power,\n"
-    "and the loss is the mean square over pixels of power.";
+    "power.\n"
+    "The loss is the mean square error of power; over a level ground, of relative errors with a bound.";
 
 constexpr const char* kExamples =
     "Examples:\n"

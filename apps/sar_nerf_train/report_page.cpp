@@ -137,7 +137,7 @@ TrainingReport report_of(const ReportInput& in, const Findings& findings) {
                {"views learned from", std::to_string(in.data.training_views.size())},
                {"views held out", std::to_string(in.data.n_held_out)},
                {"field", std::string(in.run.field().kind()) + ", " + in.run.field_size()},
-               {"loss", "mean square over pixels of power (paper, eq. 31)"}};
+               {"loss", "mean square error of power (paper, eq. 31); over a ground, of bounded relative errors"}};
   if (!in.options.against.empty())
     r.trained.push_back(
         {"unseen views of", in.options.against.string() + ": " +

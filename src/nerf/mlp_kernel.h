@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-/// What crosses from mlp_native.cpp into the kernels of the network. They are compiled for instruction sets that
+/// What crosses from mlp_fused.cpp into the kernels of the network. They are compiled for instruction sets that
 /// this processor may not have, so neither side shares an inline function: the linker keeps one copy of each, and
 /// it might keep the wrong one. Hence plain pointers, and no standard containers.
 ///

@@ -14,7 +14,7 @@ MlpLearner::MlpLearner(const TrainingSet& set, const MlpOptions& options, std::u
 }
 
 void MlpLearner::restart_optimiser() {
-  // No epsilon to speak of: gradients of squares relative to the peak are small numbers.
+  // No epsilon to speak of: gradients are small numbers.
   adam_ = std::make_unique<torch::optim::Adam>(
       field_.parameters(), torch::optim::AdamOptions(options_.rate).betas({0.9, 0.99}).eps(1e-15));
 }

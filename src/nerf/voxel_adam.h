@@ -14,7 +14,7 @@ namespace sarnerf {
 /// Adam (Kingma and Ba 2015, algorithm 1) for a GridField's parameters, in one pass over them. Voxels that no ray of
 /// the batch met stay as they are, their means of gradients included: where few rows pass, what is left of an old mean
 /// over an old square would go on moving them at the full rate. β₁ = 0.9; β₂ = 0.99, since rows are few and what they
-/// show differs; no ε to speak of, since gradients of squares relative to the peak are small numbers. Decay is decoupled
+/// show differs; no ε to speak of, since gradients are small numbers. Decay is decoupled
 /// from the gradients (Loshchilov and Hutter 2019).
 class VoxelAdam {
  public:

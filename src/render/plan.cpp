@@ -319,7 +319,8 @@ void request_layers(ViewPlan& plan, const LayerRequest& request) {
 }
 
 std::uint64_t expected_engine_memory_bytes(std::uint64_t n_triangles) {
-  // Measured with sar_bench memory: Embree's build peaks near 200 bytes a triangle, plus our copies.
+  // Measured once: Embree's build peaks near 200 bytes a triangle, plus our copies. sar_bench speed tells the peak of a
+  // process with a million triangles.
   return 20'000'000 + n_triangles * 240;
 }
 

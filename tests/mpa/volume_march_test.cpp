@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaving out empty space and what lies behind opaque matter changes nothing (DESIGN section 7).
+// Leaving out empty space and what lies behind opaque matter changes nothing (docs/design.md, Rules).
 #include <algorithm>
 #include <cmath>
 #include <random>

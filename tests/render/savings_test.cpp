@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is left out of the work is not missed in the image (DESIGN section 7).
+// What is left out of the work is not missed in the image (docs/design.md, Rules).
 #include "catch.h"
 #include "voxel_scenes.h"
 

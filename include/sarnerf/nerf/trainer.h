@@ -24,13 +24,13 @@ struct TrainerOptions {
   double longest_segment = 1.0;
   double end_depth = 6.0;      ///< two-way optical depth at which a ray ends: 0.25 % of its power lies behind
   double final_rate = 0.02;    ///< learning rates fall exponentially to this share, less far in under 100 steps
-  double distortion = 1e-3;    ///< weight of ray_distortion.h, relative to squares of the peak; falls by the next
-  double final_distortion = 0.1;  ///< its share at the end
-  /// Above 0, errors count in proportion to what is predicted, as the likelihood of speckle has it, and of this multiple of
-  /// the ground's brightness beside it, which is what the field may miss: gradients (μ − I) / (μ + floor)². 0: squares of power.
+  double distortion = 1e-3;    ///< weight of ray_distortion.h beside the loss (docs/equations.md, E8); falls by the next
+  double final_distortion = 0.1;  ///< the part of it that is left at the end
+  /// Over a level ground, clean or speckled: epsilon of the relative error (μ − I) / (μ + ε), μ in the denominator held
+  /// constant (RawNeRF, Mildenhall et al. 2022), in units of the ground's mean power. 0: squares of power, as without a ground.
   double speckle_floor = 0.0;
-  /// Above 0, such an error beyond so many times the prediction counts by its size, not its square (Huber): what glints in
-  /// one view says little of the next. Of the clutter's own speckle of one look 2 % lie beyond 3.
+  /// Of that relative error: beyond it the loss grows linearly (Huber), since a glint in one view says little of the next;
+  /// 0: nowhere. At 3, of the ground's speckle of one look 2 % lie beyond with an ε of 0, and 0.4 % with the default, ½.
   double speckle_most = 0.0;
   std::uint64_t seed = 1;
 };
@@ -54,13 +54,14 @@ TrainerOptions options_from_json(const std::string& json);
 
 struct StepReport {
   std::int64_t step = 0;    ///< steps done, this one included
-  double loss = 0.0;        ///< mean square over the batch's pixels, relative to the peak's square
+  double loss = 0.0;        ///< mean over the batch's pixels of squares of (μ − I) / peak, or over a ground of relative errors
   std::string field_size;   ///< LearnedField::size_text()
 };
 
-/// Learns a field from images, step by step: mean square error over azimuth rows of many views (printed eq. 31), Adam,
-/// derivatives by the native adjoints. The same seed and number of threads give the same bits; so does going on from
-/// a checkpoint.
+/// Learns a field from images, step by step, by Adam and the native adjoints. The loss is a sum of squares over the pixels
+/// of azimuth rows of many views: of power where images show no ground (printed eq. 31), of bounded relative errors over a
+/// level ground, through the impulse response where that is part of speckled views; with priors (docs/equations.md, E8).
+/// The same seed and number of threads give the same bits; so does going on from a checkpoint.
 class Trainer {
  public:
   /// Carves and initialises the field. Throws UsageError for impossible options, and InputError where nothing of the
