@@ -16,6 +16,7 @@ clean_tree() {
   printf '%s\n// printed eq. 2\n' "$licence" > src/core/a.cpp
   printf '%s\n#include "sarnerf/core/a.h"\n' "$licence" > src/geometry/b.cpp
   printf '| printed | where |\n|---|---|\n| 2 | `core/a.h`, `src/core/a.cpp` |\n' > docs/equations.md
+  printf '#!/bin/sh\n# SPDX-License-Identifier: Apache-2.0\n# Reads a.h, then core/a.cpp.\n' > scripts/read.sh
   touch CMakeLists.txt CMakePresets.json README.md
 }
 
@@ -33,7 +34,7 @@ offence() {
 }
 
 clean_tree
-for check in equations files includes; do
+for check in equations files includes names; do
   sh "$checks/check_$check.sh" || { echo "check_$check.sh refused a clean tree"; bad=1; }
 done
 
@@ -48,6 +49,9 @@ offence includes src/core/a.cpp '#include "sarnerf/geometry/b.h"'
 offence includes src/geometry/b.cpp '#include <sarnerf/render/b.h>'
 offence includes include/sarnerf/core/a.h '#include <opencv2/core.hpp>'
 offence includes include/sarnerf/core/a.h '# include <stdio.h>'
+offence names src/core/a.cpp '/// As src/core/none.cpp has it.'
+offence names scripts/read.sh '# See core/b.h'
+offence names docs/equations.md 'The loop is in `none.cpp`.'
 offence files src/core/new.cpp '// no licence'
 offence files src/core/a.cpp "$(seq -s '\n' 451)"
 # Put together here, or this line would be an offence itself.
