@@ -52,7 +52,7 @@ void add_options(CommandLine& command, Texts& t) {
   command.add_flag("--shell", t.shell, "Matter denser than the threshold, where it is");
   add("--threshold", t.threshold, "X|auto",
       "One-way extinction (1/m) of matter; auto: Otsu's for --shell, all matter for --solid");
-  add("--ground-height", t.ground_height, "M|auto", "Where the body ends below; auto: where returns end");
+  add("--ground-height", t.ground_height, "M|auto", "Where the body ends below; auto: at the model's level ground, else where returns end");
 
   command.begin_group("Output");
   add("--mesh", t.mesh, "FILE", "Surface as .ply or .obj");

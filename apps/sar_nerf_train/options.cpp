@@ -64,13 +64,12 @@ void add_options(CommandLine& command, Texts& t) {
       "Where the ground lies, in world coordinates; auto: where speckled views agree on its texture, else the bottom of the "
       "dataset's scene box");
   add("--scene-height", t.scene_height, "M|auto",
-      "How high matter may rise above the ground of speckled images; auto: a quarter of the ground that a view shows");
+      "Greatest height of matter above a level ground; auto: under speckle a quarter of the ground's width that a view shows");
   add("--resolution", t.resolution, "A[,R]|auto|none",
       "-3 dB widths (m) of the images' impulse response, which becomes part of the model; auto: what dataset.json says");
   add("--window", t.window, "NAME", "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
   add("--smoothness", t.smoothness, "FACTOR|auto|validated",
-      "How alike neighbouring voxels are, over what suits as many views and looks; validated: chosen by held-out views, in "
-      "trainings of their own");
+      "Factor over the default weights of the smoothness priors; validated: chosen by held-out views, in trainings of their own");
   add("--steps", t.steps, "N|auto", "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
   add("--time", t.time, "TIME",
       "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");

@@ -29,8 +29,8 @@ RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_
 /// Fog wherever carving leaves room for matter, of the brightness that the images have.
 GridField initial_grid_field(const TrainingSet& set, const GridOptions& options);
 
-/// For each active voxel whether it is neither as good as empty nor, over the rows, without a share in what they
-/// return: hidden.
+/// 1 for each active voxel to keep: its two-way depth is at least prune_depth, and what the rows return of its brightness
+/// exceeds prune_exposure pixels a view. Voxels below the first are empty, those below the second hidden.
 std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSet& set, const RowsOfPass& pass,
                                         const RaySampling& sampling, const GridOptions& options);
 

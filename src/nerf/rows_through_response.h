@@ -22,11 +22,12 @@ namespace sarnerf {
 /// were rendered last, so that none is rendered for its neighbours' sake; to begin with they are the ground.
 class RowsThroughResponse {
  public:
-  /// Of a set with a ground and a resolution. floor 0: squares of power. most 0: no bound.
+  /// Of a set with a ground and a resolution. `floor` 0: errors of power, not relative ones. `most` 0: no bound.
   RowsThroughResponse(const TrainingSet& set, double floor, double most);
 
-  /// Of rows as they have just been rendered, one behind the other, what they should have been for squares of their
-  /// differences, over (pixel + floor)², to have twice the gradient above. `counts` is 0 where a row was not rendered.
+  /// Pseudo-targets of rows that have just been rendered, one behind the other: with them in the place of the image, the sum
+  /// of squares of (pixel − target) / (sg(pixel) + floor) has twice the gradient above. `counts` is 0 where a row was not
+  /// rendered.
   /// Cost: a product of matrices of the image's size for each axis of each view that has a row.
   torch::Tensor wanted(std::span<const RowReference> rows, const torch::Tensor& pixels, const torch::Tensor& counts);
 

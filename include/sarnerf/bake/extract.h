@@ -28,7 +28,7 @@ struct ExtractOptions {
   std::optional<glm::dvec3> centre_m;  ///< of the cube, world; else over the aim point, around matter; near its bottom if it is higher
   Body body = Body::solid;
   std::optional<double> threshold_per_m;   ///< one-way extinction of voxels that count as matter; else by its histogram
-  std::optional<double> ground_height_m;   ///< world; the body ends there. Else it ends where returns do
+  std::optional<double> ground_height_m;   ///< world; the body ends there. Else at the model's level ground, or where returns end
   std::size_t most_views = 66;             ///< of the training's that tell the solid from what is empty
   std::uint64_t max_memory_bytes = 0;      ///< of grids, and of what views see; 0: unlimited
   std::string model_sha256;                ///< for the volume's provenance

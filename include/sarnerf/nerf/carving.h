@@ -20,7 +20,7 @@ struct CarvedVoxels {
 /// a voxel or more, is empty. One view that says so suffices. A place outside of all swaths
 /// is given up, too.
 ///
-/// Images with a background that returns power carve nothing so but what lies in front of the swath. Over a level ground
+/// Images with a background that returns power carve nothing so but what lies outside of all swaths. Over a level ground
 /// (Clutter) a place is empty when three in ten of the views that see it show ground both in its pixel and where its shadow
 /// would lie, or when fewer than a quarter of all views see it; nothing lies below. Cost: views × voxels, a few ns
 /// each.

@@ -27,8 +27,9 @@ struct Clutter {
 /// surroundings are between half and twice as bright as the ground look like it; their mean over views, turned onto the
 /// plane, is the texture, smoothed by the Gaussian with which every other view predicts the remaining ones best. A view's
 /// gain is its mean power over that of the texture, of such pixels. In rounds, from uniform
-/// ground. Nothing where images have no background or are fewer than 6, or are not speckled and half of their pixels deviate from
-/// the median of the views, turned onto the plane, by more than a fifth: relief, hedges.
+/// ground. Nothing where images have no background or are fewer than 6, or are not speckled and their robust
+/// deviation from the median of the views, turned onto the plane, is a fifth or more (1.48 × the median): relief, hedges. Nor
+/// where fewer than a quarter of all pixels look like ground.
 ///
 /// Cost: views × cells and views × pixels, some 50 ns each, in parallel.
 std::optional<Clutter> find_clutter(std::span<const PosedImage> images, const Box& box_m);

@@ -27,7 +27,7 @@ struct TrainingSet {
   /// Unless images show a speckled ground: those without the response, as far as each tells by itself; or those without tails.
   std::vector<PosedImage> cleaned;
 
-  /// What the field itself is to look like.
+  /// What the field is learned and carved from: `cleaned` where there are any, else the images.
   const std::vector<PosedImage>& appearances() const { return cleaned.empty() ? images : cleaned; }
 };
 
@@ -36,8 +36,8 @@ struct SceneHeights {
   /// Of the ground, in world coordinates: unless told, the bottom of the box, or where speckled views agree on the texture
   /// of a level ground: chips are centred on targets, and the ground lies below that.
   std::optional<double> ground_m;
-  /// Up to which matter is looked for above a level ground: unless told, under speckle a quarter of the level width that a
-  /// view sees, since measured chips do not say how high a place is whose shadow lies outside of them.
+  /// Greatest height of matter above a level ground. Unless given, under speckle a quarter of the level width that a view
+  /// sees, since chips do not bound the height of a voxel whose shadow lies outside of them; else the box's.
   std::optional<double> above_ground_m;
 };
 
