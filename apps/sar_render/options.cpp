@@ -95,7 +95,7 @@ void add_options(CommandLine& command, Texts& t) {
   add("--sub-rows", t.sub_rows, "N|auto", "Slices per azimuth row");
   add("--integrator", t.integrator, "NAME",
       "Of translucent matter and voxels: exact; midpoint and paper (an older, darker sum) to compare "
-      "with; paper-gated: what SAR-NeRF trains");
+      "with; paper-gated: what the paper of SAR-NeRF trains");
 
   command.begin_group("Output");
   add("--layers", t.layers, "LIST|all|none",

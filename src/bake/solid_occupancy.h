@@ -14,8 +14,8 @@ namespace sarnerf {
 ///
 /// 0.5 lies on the surface, and values fall from 1 to 0 within a voxel to either side of it, so that a mesh is smoother
 /// than voxels. Below `floor_m` (relative to the aim point) nothing is full. Grid coordinates are those of the lattice;
-/// insides are tiles; what no view holds is empty. Cost: some 30 ns a view and voxel near the surface and where views
-/// differ; elsewhere a place in 64 voxels is looked at.
+/// insides are tiles; points that no view's map holds are empty. Cost: some 30 ns a view and voxel near the surface and where
+/// views differ; elsewhere one of 64 voxels is tested.
 openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, double agreeing_share, const Occupancy& matter,
                                         const GridTransform& of_matter, const VoxelLattice& lattice,
                                         std::optional<double> floor_m, const Monitor& monitor);

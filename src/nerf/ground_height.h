@@ -9,12 +9,12 @@
 
 namespace sarnerf {
 
-/// Height of the level ground relative to the aim point, where speckled views tell that it is not the bottom of the box;
-/// nothing where they tell none below its top, are fewer than 6, or are not speckled.
+/// Height of the level ground relative to the aim point, if speckled views show that it differs from the bottom of the box.
+/// Nothing if they do not, if it lies above the box's top, and for fewer than 6 views or views without speckle.
 ///
 /// A measured chip is centred on a target, not on the ground that it stands on: turned about the wrong point, views of the
-/// ground do not fit onto one another. So each height of a row of heights gets the mean covariance, over the cells of the
-/// plane and all pairs of views, of their relative deviations from the mean brightness of what looks like ground,
+/// ground do not fit onto one another. So for each of a row of heights the mean covariance is taken, over the cells of the
+/// plane and all pairs of views, of their relative deviations from the mean brightness of pixels that look like ground,
 ///
 ///     V(h) = ⟨[(Σ_v r_v)² − Σ_v r_v²] / [n (n − 1)]⟩_cells
 ///

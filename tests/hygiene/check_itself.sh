@@ -10,13 +10,14 @@ clean_tree() {
   rm -rf "$scratch"
   mkdir -p "$scratch"
   cd "$scratch"
-  mkdir -p include/sarnerf/core include/sarnerf/bake src/core src/geometry apps tests scripts cmake .ci data docs
+  mkdir -p include/sarnerf/core include/sarnerf/bake src/core src/geometry apps/sar_bench tests scripts cmake .ci data docs
   licence='// SPDX-License-Identifier: Apache-2.0'
   printf '%s\n#include <vector>\n#include <glm/glm.hpp>\n' "$licence" > include/sarnerf/core/a.h
   printf '%s\n// printed eq. 2\n' "$licence" > src/core/a.cpp
   printf '%s\n#include "sarnerf/core/a.h"\n' "$licence" > src/geometry/b.cpp
   printf '| printed | where |\n|---|---|\n| 2 | `core/a.h`, `src/core/a.cpp` |\n' > docs/equations.md
   printf '#!/bin/sh\n# SPDX-License-Identifier: Apache-2.0\n# Reads a.h, then core/a.cpp.\n' > scripts/read.sh
+  printf '%s\n// sar_bench speed\nf("speed"); add_subcommand("speed");\n' "$licence" > apps/sar_bench/main.cpp
   touch CMakeLists.txt CMakePresets.json README.md
 }
 
@@ -50,6 +51,7 @@ offence includes src/geometry/b.cpp '#include <sarnerf/render/b.h>'
 offence includes include/sarnerf/core/a.h '#include <opencv2/core.hpp>'
 offence includes include/sarnerf/core/a.h '# include <stdio.h>'
 offence names src/core/a.cpp '/// As src/core/none.cpp has it.'
+offence names src/core/a.cpp '/// Measured with sar_bench memory.'
 offence names scripts/read.sh '# See core/b.h'
 offence names docs/equations.md 'The loop is in `none.cpp`.'
 offence files src/core/new.cpp '// no licence'

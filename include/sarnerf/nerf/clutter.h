@@ -13,8 +13,8 @@
 
 namespace sarnerf {
 
-/// A level ground that images show around what stands on it, with or without speckle: under it, single pixels tell nothing,
-/// means over views and places do.
+/// Estimate of a level ground around the objects of a scene, from clean or speckled images. Under speckle single pixels are
+/// too noisy, so it rests on means over views and neighbourhoods.
 struct Clutter {
   std::shared_ptr<const LevelGround> ground;
   std::vector<double> gain;  ///< of each view, over that of the ground at its incidence
@@ -23,11 +23,12 @@ struct Clutter {
   bool speckled = false;     ///< is_speckled()
 };
 
-/// Looks for clutter at the bottom of the scene's box; images and box relative to the aim point. Pixels whose
-/// surroundings are between half and twice as bright as the ground look like it; their mean over views, turned onto the
-/// plane, is the texture, smoothed by the Gaussian with which every other view predicts the remaining ones best. A view's
-/// gain is its mean power over that of the texture, of such pixels. In rounds, from uniform
-/// ground. Nothing where images have no background or are fewer than 6, or are not speckled and their robust
+/// Estimates the ground at the bottom of the scene's box; images and box relative to the aim point. Pixels whose
+/// surroundings are between half and twice as bright as the ground are taken for ground. Their mean over views, turned onto
+/// the plane, is the texture, smoothed by the Gaussian with which every other view predicts the remaining ones best. A view's
+/// gain is the mean power of such pixels over the texture's. Both are found in rounds that begin with a uniform ground.
+///
+/// Nothing where images have no background or are fewer than 6, or are not speckled and their robust
 /// deviation from the median of the views, turned onto the plane, is a fifth or more (1.48 × the median): relief, hedges. Nor
 /// where fewer than a quarter of all pixels look like ground.
 ///

@@ -13,14 +13,14 @@
 
 namespace sarnerf {
 
-/// The segments of azimuth rows at which a field that is no grid has to be evaluated, and what makes pixels of its
-/// values there. Rays lie as RowRenderer has them. They are sampled where the cache is occupied, and end behind the
-/// cache's optical depth that the sampling says; what is occupied is cut at the borders of range bins, and the parts
-/// evenly until none is longer than the sampling allows.
+/// The segments of azimuth rows at which a field that is no grid is evaluated, and the integration of its values to pixels.
+/// Rays lie as RowRenderer has them. They are sampled where the cache is occupied, and end at the sampling's end_depth by the
+/// cache's extinction. Occupied stretches are cut at the borders of range bins, and the parts evenly until none is longer than
+/// the sampling allows.
 ///
-/// Over a level ground rays end on it, and rows show what they leave of it.
+/// Over a level ground rays end on it, and rows add the ground's power times the transmittance to it.
 ///
-/// Threads take fixed parts of the rows, so that results do not depend on what they do when. Memory: about 80 bytes
+/// Threads take fixed parts of the rows, so that results do not depend on their timing. Memory: about 80 bytes
 /// a segment.
 class RowSegments {
  public:

@@ -30,7 +30,7 @@ struct TrainerOptions {
   /// constant (RawNeRF, Mildenhall et al. 2022), in units of the ground's mean power. 0: squares of power, as without a ground.
   double speckle_floor = 0.0;
   /// Of that relative error: beyond it the loss grows linearly (Huber), since a glint in one view says little of the next;
-  /// 0: nowhere. At 3, of the ground's speckle of one look 2 % lie beyond with an ε of 0, and 0.4 % with the default, ½.
+  /// 0: nowhere. At 3, of the ground's speckle of one look 2 % lie beyond with an ε of 0, and 0.4 % with ½, half a look.
   double speckle_most = 0.0;
   std::uint64_t seed = 1;
 };
