@@ -3,6 +3,7 @@
 #include <span>
 
 #include "exit_code.h"
+#include "folder_lock.h"
 #include "folder_name.h"
 #include "interrupt.h"
 #include "learning_output.h"
@@ -80,6 +81,8 @@ void run(const Options& options, const Loading& loading, app::Console& console) 
     return;
   }
   check_place(options);
+  app::make_folder(options.output);
+  const app::FolderLock lock(options.output);
   const int n = thread_count();
   app::use_torch_threads(n);
   const double gflop_per_s = blas_gflop_per_s();
@@ -94,7 +97,6 @@ void run(const Options& options, const Loading& loading, app::Console& console) 
   const Monitor monitor{{}, &app::stop_requested()};
   std::string tables;
   study_learning(options, loading, console, monitor, [&](const LearningStudy& study) {
-    std::filesystem::create_directories(options.output);
     write(options.output, environment, study);
     tables = learning_tables(study);
   });

@@ -126,9 +126,11 @@ void study_learning(const Options& o, const Loading& loading, app::Console& cons
   Material material{o.training, read_manifest(o.training), {}};
   if (material.dataset.views.empty())
     throw InputError(o.training.string() + ": the dataset has no view to learn from");
+  if (material.dataset.unfinished()) console.warning(o.training.string() + ": " + unfinished_text(material.dataset));
   material.all.resize(material.dataset.views.size());
   std::iota(material.all.begin(), material.all.end(), std::size_t{0});
   const TrainingSet set = material.read(monitor);
+  for (const Outlier& outlier : set.outliers) console.warning(outlier_text(outlier, set.images));
   const Judge judge{judged_views(o, material.dataset, monitor), double{set.peak}};
 
   LearningStudy study;

@@ -7,6 +7,7 @@
 #include "evaluation_output.h"
 #include "lpips_option.h"
 #include "output_files.h"
+#include "output_lock.h"
 #include "process.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
@@ -61,6 +62,7 @@ std::vector<PosedImage> truth_images(const Job& job, Console& console, const Mon
     throw UsageError(
         name +
         ": its aim point is another than the model's, so its images do not show the same place");
+  if (dataset.unfinished()) console.warning(name + ": " + unfinished_text(dataset));
   if (dataset.calibration != info.calibration)
     throw UsageError(name + ": holds " + std::string(sarnerf::name(dataset.calibration)) +
                      ", and the model renders " + std::string(sarnerf::name(info.calibration)) +
@@ -96,6 +98,8 @@ std::filesystem::path evaluation_file(const Job& job, const Json& request) {
 
 std::string compare(const Job& job, Console& console, const Monitor& monitor) {
   const Options& o = job.options;
+  if (job.model.field->occupied_box_m().empty())
+    throw CheckpointError(o.model.string() + ": the field holds no matter, and black images are no predictions to score; train it anew");
   const ImageDistance lpips = load_lpips(o.lpips);
   const std::vector<PosedImage> truth = truth_images(job, console, monitor);
   const Dataset against = read_manifest(o.against);
@@ -105,7 +109,12 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
   if (despeckled) request["despeckle_deg"] = o.despeckle_deg;
   if (!o.lpips.empty()) request["lpips"] = o.lpips.filename().string();
   std::filesystem::path file;
-  if (!o.output.empty()) file = evaluation_file(job, request);
+  std::optional<OutputLock> lock;
+  if (!o.output.empty()) {
+    file = evaluation_file(job, request);
+    make_folder(file.parent_path());
+    lock.emplace(std::vector{file});
+  }
   const std::vector<PosedImage> training = training_images(job, console, monitor);
 
   std::vector<Image<float>> predictions;
@@ -136,7 +145,6 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
              evaluation_table(*averaged, model);
   if (!missing.empty()) table += "\nno LPIPS: " + missing + "\n";
   if (!file.empty()) {
-    make_folder(file.parent_path());
     Json j{{"format", "sarnerf-evaluation"},
            {"version", 1},
            {"program", std::string(kProgram) + " " + std::string(kVersion)},

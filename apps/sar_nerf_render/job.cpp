@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <span>
 
 #include "model_place.h"
 #include "process.h"
@@ -79,23 +80,33 @@ Json request_of(const Job& job, const std::filesystem::path& file) {
   return valid_text(j);
 }
 
-/// Of the angle (rad) between a new view's line of sight and the nearest training view's: 5 deg beyond the trained pitches
-/// cost 10 dB already (docs/training.md, Pitch).
+/// Angle (rad) between lines of sight from which a new view is far from a training view, where these are not farther from one
+/// another: 5 deg beyond the trained pitches cost 10 dB already (docs/training.md, Pitch).
 constexpr double kFar_rad = 10.0 * std::numbers::pi / 180.0;
 
+/// From a line of sight to the nearest of others (rad), the one at `but` left out.
+double nearest_rad(const glm::dvec3& k, std::span<const glm::dvec3> others, std::size_t but) {
+  double most_cosine = -1.0;
+  for (std::size_t n = 0; n < others.size(); ++n) {
+    if (n != but) most_cosine = std::max(most_cosine, glm::dot(k, others[n]));
+  }
+  return std::acos(std::min(1.0, most_cosine));
+}
+
+/// Views outside of what training has seen: beyond its pitches, on another side, in a gap of its azimuths.
 void warn_of_far_views(const Job& job, Console& console) {
+  const auto line_of_sight = [](const DatasetView& v) { return radar_frame(acquisition_of(v, glm::dvec3(0.0))).k; };
   std::vector<glm::dvec3> trained;
-  for (const DatasetView& view : job.model.info.training_views)
-    trained.push_back(radar_frame(acquisition_of(view, glm::dvec3(0.0))).k);
+  for (const DatasetView& view : job.model.info.training_views) trained.push_back(line_of_sight(view));
   if (trained.empty()) return;
+  double far_rad = kFar_rad;
+  for (std::size_t n = 0; n < trained.size() && trained.size() > 1; ++n)
+    far_rad = std::max(far_rad, nearest_rad(trained[n], trained, n));
   std::size_t n_far = 0, farthest = 0;
-  double most_rad = kFar_rad;
+  double most_rad = 0.0;
   for (std::size_t n = 0; n < job.views.size(); ++n) {
-    const glm::dvec3 k = radar_frame(acquisition_of(job.views[n], glm::dvec3(0.0))).k;
-    double most_cosine = -1.0;
-    for (const glm::dvec3& t : trained) most_cosine = std::max(most_cosine, glm::dot(k, t));
-    const double angle_rad = std::acos(std::clamp(most_cosine, -1.0, 1.0));
-    if (angle_rad <= kFar_rad) continue;
+    const double angle_rad = nearest_rad(line_of_sight(job.views[n]), trained, trained.size());
+    if (angle_rad <= far_rad) continue;
     ++n_far;
     if (angle_rad > most_rad) {
       most_rad = angle_rad;
@@ -104,10 +115,10 @@ void warn_of_far_views(const Job& job, Console& console) {
   }
   if (n_far == 0) return;
   const DatasetView& v = job.views[farthest];
-  console.warning(format("%zu of %zu view%s more than %.0f deg from all training views (incidence %.4g, azimuth %.4g deg: %.0f deg from "
-                         "the nearest): expect what the model has not seen from there to be wrong",
+  console.warning(format("%zu of %zu view%s far from all training views (incidence %.4g, azimuth %.4g deg: %.0f deg from the "
+                         "nearest): what shows there was never seen, and may be wrong",
                          n_far, job.views.size(), job.views.size() == 1 ? " is" : n_far == 1 ? "s is" : "s are",
-                         deg_from_rad(kFar_rad), v.incidence_deg, v.azimuth_deg, deg_from_rad(most_rad)));
+                         v.incidence_deg, v.azimuth_deg, deg_from_rad(most_rad)));
 }
 
 /// Another impulse response than the images' is possible where the field is the scene without it.

@@ -113,6 +113,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   const auto& views = data.dataset.views;
   if (views.empty())
     throw InputError(o.dataset.string() + ": the dataset has no view to learn from");
+  if (data.dataset.unfinished()) console.warning(o.dataset.string() + ": " + unfinished_text(data.dataset));
   // Views of another dataset make holding out needless.
   const bool none = !o.against.empty() && o.holdout.kind == Holdout::Kind::automatic;
   const auto held_out = none ? std::vector<std::size_t>{} : held_out_views(views, o.holdout);
@@ -128,6 +129,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   std::vector<std::size_t> unseen;
   if (!o.against.empty()) {
     other = read_manifest(o.against);
+    if (other.unfinished()) console.warning("--against " + o.against.string() + ": " + unfinished_text(other));
     unseen = comparable(o, data.dataset, other, data.training_views, console);
     for (const std::size_t n : unseen) data.validation_views.push_back(other.views[n]);
   }

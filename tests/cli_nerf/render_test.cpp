@@ -88,6 +88,68 @@ TEST_CASE("views of a model come in files of sar_render's form") {
   }
 }
 
+TEST_CASE("a damaged model is refused, and never rendered as another one") {
+  const LearnedScene scene;
+  REQUIRE(scene.render({"run", "--azimuth", "12.5", "-o", "whole"}).code == 0);
+  const std::string model = read_text(scene / "run/model.pt");
+  int n_refused = 0;
+  for (std::size_t at = model.size() / 9; at + 8 < model.size(); at += model.size() / 9) {
+    std::string damaged = model;
+    for (std::size_t n = at; n < at + 8; ++n) damaged[n] = static_cast<char>(damaged[n] ^ 0x55);
+    write_text(scene / "damaged.pt", damaged);
+    const Outcome outcome = scene.render({"damaged.pt", "--azimuth", "12.5", "-o", "view", "--overwrite"});
+    INFO(outcome.err);
+    if (outcome.code == 0) {
+      CHECK(read_text(scene / "view.tif") == read_text(scene / "whole.tif"));  // the archive's padding
+    } else {
+      ++n_refused;
+      CHECK(outcome.code == 3);
+      CHECK(outcome.is_error("damaged.pt: is not a model or checkpoint, or is truncated or damaged"));
+    }
+  }
+  CHECK(n_refused >= 6);
+}
+
+TEST_CASE("views far from all that was trained on come with a warning") {
+  const LearnedScene scene;
+  const auto warning = [&](const std::vector<std::string>& view) {
+    std::vector<std::string> arguments{"run", "-o", "view", "--overwrite"};
+    arguments.insert(arguments.end(), view.begin(), view.end());
+    const Outcome outcome = scene.render(arguments);
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const auto begin = outcome.err.find("far from all training views");
+    return begin == std::string::npos ? "" : outcome.err.substr(begin, outcome.err.find('\n', begin) - begin);
+  };
+  CHECK(warning({"--azimuth", "15"}).empty());
+  CHECK(warning({"--azimuth", "15", "--pitch", "50"}).empty());
+  CHECK(warning({"--azimuth", "30", "--pitch", "15"}).find("(incidence 15, azimuth 30 deg: 30 deg from the nearest)") !=
+        std::string::npos);
+  CHECK(warning({"--azimuth", "30", "--pitch", "80"}).find("35 deg") != std::string::npos);
+  // A quarter of the azimuths: the other side was not seen.
+  sarnerf::Archive archive = sarnerf::read_archive(scene / "run/model.pt");
+  Json text = Json::parse(archive.json);
+  auto& views = text["model"]["dataset"]["training_views"];
+  views.erase(views.begin() + 3, views.end());
+  archive.json = text.dump();
+  sarnerf::write_archive(scene / "run/model.pt", archive);
+  CHECK(warning({"--azimuth", "45"}).empty());
+  CHECK_FALSE(warning({"--azimuth", "210"}).empty());
+}
+
+TEST_CASE("a dry run of views prints the plan and writes nothing") {
+  const LearnedScene scene;
+  const Outcome plan = scene.render({"run", "--azimuth", "0:350:10", "-o", "views", "--dry-run"});
+  CHECK(plan.code == 0);
+  CHECK(plan.out.find("36 of 32 x 32 pixels") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(scene / "views"));
+  CHECK(scene.render({"run", "--azimuth", "3", "-o", "quiet", "-q"}).out == "quiet.tif\nquiet.png\nquiet.json\n");
+  scene.write_dataset("test", 24, 0.0);
+  const Outcome compared = scene.render({"run", "--against", "test/dataset.json", "-o", "scores", "-q"});
+  INFO(compared.err);
+  CHECK(compared.out == "scores/evaluation.json\n");
+}
+
 TEST_CASE("a model is compared with the views that it has not seen") {
   const LearnedScene scene;
   scene.write_dataset("test", 24, 0.0);

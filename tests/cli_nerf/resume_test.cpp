@@ -72,6 +72,25 @@ TEST_CASE("an interrupted run goes on bit by bit") {
   CHECK(read_text(scene / "repeated/model.pt") == read_text(scene / "whole/model.pt"));
 }
 
+TEST_CASE("a damaged model of a finished run is made again, with the same bytes") {
+  const SmallScene scene(6);
+  const std::vector<std::string> command{"data", "-o", "run", "--steps", "30", "--threads", "1"};
+  REQUIRE(scene.train(command).code == 0);
+  const std::string model = read_text(scene / "run/model.pt");
+  std::string damaged = model;
+  damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 1);
+  for (const std::string& bytes : {model.substr(0, model.size() / 2), damaged, std::string()}) {
+    write_text(scene / "run/model.pt", bytes);
+    const Outcome again = scene.train(command);
+    INFO(again.err);
+    CHECK(again.code == 0);
+    CHECK(again.err.find("already done") == std::string::npos);
+    CHECK(again.err.find("missing or damaged: they are made again") != std::string::npos);
+    CHECK(read_text(scene / "run/model.pt") == model);
+  }
+  CHECK(scene.train(command).err.find("already done") != std::string::npos);
+}
+
 TEST_CASE("a run that is killed at any instant leaves a checkpoint that loads, and goes on") {
   const SmallScene scene(4);
   std::mt19937 random(7);

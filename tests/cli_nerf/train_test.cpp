@@ -206,6 +206,41 @@ TEST_CASE("options of training are checked before anything is written") {
   CHECK(scene.train({"--version"}).out.starts_with("sar_nerf_train "));
 }
 
+TEST_CASE("a dry run prints the plan and writes nothing; a dataset may be named by its manifest") {
+  const SmallScene scene;
+  const Outcome plan = scene.train({"data/dataset.json", "-o", "run", "--dry-run"});
+  INFO(plan.err);
+  CHECK(plan.code == 0);
+  CHECK(plan.out.find("12 views of data, 32 x 32 pixels") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(scene / "run"));
+  const Outcome trained = scene.train({"data/dataset.json", "--steps", "5", "-q"});
+  INFO(trained.err);
+  CHECK(trained.code == 0);
+  CHECK(trained.out == "data_run\n");
+  CHECK(trained.err.empty());
+  CHECK(scene.train({"data", "--steps", "5"}).err.find("already done") != std::string::npos);
+  CHECK(scene.train({"data", "-o", "data/run"}).is_error("lies in the dataset"));
+}
+
+TEST_CASE("what training cannot change is not advised") {
+  const SmallScene scene(1);
+  CHECK(scene.train({"data", "-o", "run", "--resolution", "0.1"}).is_error("which training cannot change"));
+  CHECK(scene.train({"data", "-o", "run", "--resolution", "0.1"}).err.find("--spacing") == std::string::npos);
+  const Outcome memory = scene.train({"data", "-o", "run", "--max-memory", "1M"});
+  CHECK(memory.is_error("the images of 1 view "));
+  CHECK(memory.err.find("fewer") == std::string::npos);
+}
+
+TEST_CASE("an unfinished dataset is learned from with a warning") {
+  const SmallScene scene;
+  CHECK(scene.train({"data", "-o", "whole", "--steps", "3"}).err.find("interrupted") == std::string::npos);
+  scene.edit("data/dataset.json", "\"format\"", "\"planned_views\": 576, \"format\"");
+  const Outcome outcome = scene.train({"data", "-o", "run", "--steps", "3", "--against", "data"});
+  CHECK(outcome.code == 0);
+  CHECK(outcome.err.find("warning: data: 12 of 576 views") != std::string::npos);
+  CHECK(outcome.err.find("warning: --against data: 12 of 576 views") != std::string::npos);
+}
+
 TEST_CASE("a training that diverges ends with exit code 4 and keeps the last good state") {
   const SmallScene scene(6);
   const Outcome diverged = scene.train({"data", "-o", "run", "--steps", "2000", "-q", "--option",
