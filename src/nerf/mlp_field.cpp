@@ -88,7 +88,7 @@ std::string MlpField::size_text() const {
 }
 
 int suitable_frequencies(const Box& scene_box_m, double bin_m) {
-  constexpr int kMost = 10;  // the paper's
+  constexpr int kMost = 10;  // of the authors' code
   const double side_m = cube_around(scene_box_m).size().x;
   // Frequency number l has 2^l periods in the cube.
   const double finest = std::floor(std::log2(side_m / (kFinestPeriod_bins * bin_m)));

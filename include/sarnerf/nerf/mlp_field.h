@@ -38,12 +38,13 @@ struct MlpMeaning {
 ///     κ = ReLU(σ_r) / (2 Δ_ref)       two-way depth ReLU(σ_r) per reference bin
 ///     S = s ln(1 + e^{S_r})           plays the part of the brightness γ, s the scale of the images
 ///
-/// `exact` renders S T (1 − e^−x), `paper_gated` S T e^−x tanh x as the paper has it. A lattice of voxels remembers
+/// `exact`, the default, renders S T (1 − e^−x), `paper_gated` S T e^−x tanh x as the paper has it. A lattice of voxels remembers
 /// κ (DensityCache): the network is evaluated where that is not empty, and not behind the depth at which rays end
 /// by it, so that what is left out has e^−end_depth of its power, up to what happened since the last refresh.
 ///
-/// Departures from the paper: the encoding is normalised by a cube around the scene's box, so that its waves are as
-/// long along all axes, and the number of frequencies follows from the range bin (suitable_frequencies()).
+/// Departures from the paper: `exact` instead of `paper_gated`; S is the softplus of S_r, not S_r itself, which may be
+/// negative; the encoding has the point itself in front and is normalised by a cube around the scene's box, so that its waves
+/// are as long along all axes; and the number of frequencies follows from the range bin (suitable_frequencies()).
 ///
 /// The frame is world axes centred on the aim point.
 class MlpField : public LearnedField {
@@ -98,7 +99,7 @@ class MlpField : public LearnedField {
 };
 
 /// Frequencies L of the position's encoding with which its finest wave is not shorter than one and a half range bins,
-/// at most the paper's 10.
+/// at most the 10 of the authors' code.
 int suitable_frequencies(const Box& scene_box_m, double bin_m);
 
 /// A field of fog wherever carving leaves room for matter. Throws UsageError for impossible options.
