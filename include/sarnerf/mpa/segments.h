@@ -24,8 +24,9 @@ RangeInterval clip_to_box(const RayGrid& grid, double along_track_m, int k,
 void begin_ray(SampleBatch& batch, const RayGrid& grid, int row, int k);
 
 /// Cuts [near, far] at the borders of the range bins, and the parts evenly until none is longer than
-/// `longest_m`, and appends a segment for each part, with its centre point. Parts nearer than bin 0 get kNoBin, cut at the same pitch; parts beyond the last bin
-/// are left out, since nothing behind them is seen.
+/// `longest_m`, and appends a segment for each part, with its centre point. Parts nearer than bin 0 get kNoBin, cut at the
+/// same pitch; parts beyond the last bin are left out, since nothing behind them is seen. This is the dense form, for tests and
+/// comparisons: engines and training march through what is occupied (volume_march.h).
 void append_segments(SampleBatch& batch, const RayGrid& grid, double along_track_m, int k,
                      const RangeInterval& interval,
                      double longest_m = std::numeric_limits<double>::infinity());

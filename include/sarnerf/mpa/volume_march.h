@@ -42,7 +42,7 @@ struct MarchRay {
 };
 
 /// Cuts rays into segments where a sparse volume is occupied, and samples it there and nowhere else: empty
-/// bricks and tiles are stepped over, and a ray ends at kEndOfRayDepth, or a bin and some segments behind the
+/// bricks and tiles are stepped over, and a ray ends at the depth given, or a bin and some segments behind the
 /// last bin. Some rays go side by side, so that the voxels of one come from memory while others are worked on.
 /// Rendering and training use it alike. One per thread; what it is made of must outlive it.
 class VolumeMarcher {
