@@ -81,7 +81,7 @@ void run(const Options& options, const Loading& loading, app::Console& console) 
     return;
   }
   check_place(options);
-  app::make_folder(options.output);
+  make_folder(options.output);
   const app::FolderLock lock(options.output);
   const int n = thread_count();
   app::use_torch_threads(n);
