@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_nerf_bench: how good learned fields are after how many seconds, beside the paper's way of learning.
+#include <optional>
 #include <span>
 
 #include "exit_code.h"
@@ -81,8 +82,6 @@ void run(const Options& options, const Loading& loading, app::Console& console) 
     return;
   }
   check_place(options);
-  make_folder(options.output);
-  const app::FolderLock lock(options.output);
   const int n = thread_count();
   app::use_torch_threads(n);
   const double gflop_per_s = blas_gflop_per_s();
@@ -96,7 +95,10 @@ void run(const Options& options, const Loading& loading, app::Console& console) 
                                            {"loading_s", loading.seconds}};
   const Monitor monitor{{}, &app::stop_requested()};
   std::string tables;
+  std::optional<app::FolderLock> lock;
   study_learning(options, loading, console, monitor, [&](const LearningStudy& study) {
+    make_folder(options.output);
+    if (!lock) lock.emplace(options.output);
     write(options.output, environment, study);
     tables = learning_tables(study);
   });
