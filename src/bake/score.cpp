@@ -12,15 +12,24 @@
 #include "enclosed.h"
 #include "mesh_checks.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/scene/surface_distance.h"
 #include "sight.h"
 #include "surface_samples.h"
+#include "winding.h"
 
 namespace sarnerf {
 namespace {
 
 constexpr std::size_t kMostSamples = 100'000'000;
+
+// Of truth_volume().
+constexpr double kSteady = 0.05;           ///< relative change of the enclosed volume
+constexpr double kMissesMost = 2.0;        ///< times that volume, which winding numbers find
+constexpr double kDecided = 0.25;          ///< distance of a winding number from a whole one
+constexpr double kMostUndecided = 0.05;    ///< of samples
+constexpr int kWindingSamples = 64;        ///< along the longest side of the box
 
 /// A surface in coordinates about the centre of the comparison, with what is asked of it.
 struct Side {
@@ -116,19 +125,38 @@ double seen_fraction(const Side& side) {
          static_cast<double>(side.samples.size());
 }
 
+/// The mesh whose winding numbers count.
+const SurfaceMesh& wound_mesh(const TruthSurface& truth) {
+  return truth.wound.triangles.empty() ? truth.all : truth.wound;
+}
+
+/// `solid` is that mesh of the truth which `volume` asks for.
+Columns columns_of_truth(const Side& truth, const SurfaceMesh& solid, const ColumnLattice& lattice,
+                         const ScoreOptions& options) {
+  if (options.truth_volume == TruthVolume::enclosed)
+    return enclosed_columns(solid, truth.box_m, lattice, options.monitor);
+  if (options.truth_volume == TruthVolume::winding_number)
+    return wound_columns(solid, truth.box_m, lattice, options.monitor);
+  return columns_of(solid, lattice, options.monitor);
+}
+
 void score_volumes(const Side& extracted, const Side& truth, const SurfaceMesh& solid, const Box& both,
                    const ScoreOptions& options, SurfaceScore& score) {
   const ColumnLattice lattice = column_lattice(both, options.column_spacing_m);
   const Columns a = columns_of(extracted.mesh, lattice, options.monitor);
-  const Columns b = options.truth_volume == TruthVolume::enclosed
-                        ? enclosed_columns(truth.mesh, truth.box_m, lattice, options.monitor)
-                        : columns_of(solid, lattice, options.monitor);
   const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
   const auto open = [&](const Columns& c) {
     return ratio(static_cast<double>(c.n_open), static_cast<double>(c.n_met));
   };
-  const double common_m3 = common_volume_m3(a, b);
+  score.column_spacing_m = both.empty() ? 0.0 : lattice.spacing_m;
   score.volume_m3 = a.volume_m3();
+  score.open_fraction = open(a);
+  if (options.truth_volume == TruthVolume::none) {
+    score.iou = score.precision = score.recall = score.truth_volume_m3 = kNotMeasured;
+    return;
+  }
+  const Columns b = columns_of_truth(truth, solid, lattice, options);
+  const double common_m3 = common_volume_m3(a, b);
   score.truth_volume_m3 = b.volume_m3();
   score.iou = ratio(common_m3, score.volume_m3 + score.truth_volume_m3 - common_m3);
   score.precision = ratio(common_m3, score.volume_m3);
@@ -136,8 +164,6 @@ void score_volumes(const Side& extracted, const Side& truth, const SurfaceMesh& 
   if (score.truth_volume_m3 > 0.0) {
     score.volume_error = (score.volume_m3 - score.truth_volume_m3) / score.truth_volume_m3;
   }
-  score.column_spacing_m = both.empty() ? 0.0 : lattice.spacing_m;
-  score.open_fraction = open(a);
   score.truth_open_fraction = open(b);
 }
 
@@ -166,7 +192,64 @@ void score_distances(Side& extracted, Side& truth, std::span<const Acquisition> 
   score.extracted_visible_fraction = seen_fraction(extracted);
 }
 
+/// Winding numbers in a truth's box.
+struct WindingCensus {
+  double undecided = 0.0;  ///< part of the samples
+  double inside = 0.0;     ///< part of them, above 1/2
+};
+
+WindingCensus winding_census(const SurfaceMesh& mesh, const Box& box_m, const Monitor& monitor) {
+  const std::vector<WindingSample> samples = winding_samples(mesh, box_m, kWindingSamples, monitor);
+  std::size_t n_undecided = 0, n_inside = 0;
+  for (const WindingSample& sample : samples) {
+    n_undecided += std::abs(sample.winding - std::round(sample.winding)) > kDecided ? 1 : 0;
+    n_inside += sample.winding > 0.5 ? 1 : 0;
+  }
+  const auto n = static_cast<double>(std::max<std::size_t>(1, samples.size()));
+  return {static_cast<double>(n_undecided) / n, static_cast<double>(n_inside) / n};
+}
+
 }  // namespace
+
+std::string_view name(TruthVolume volume) {
+  switch (volume) {
+    case TruthVolume::closed_pieces: return "closed pieces";
+    case TruthVolume::enclosed: return "enclosed";
+    case TruthVolume::winding_number: return "winding number";
+    case TruthVolume::none: return "none";
+  }
+  return "none";
+}
+
+TruthVolumeChoice truth_volume(const TruthSurface& truth, const ScoreOptions& options) {
+  if (truth.n_closed == truth.all.triangles.size()) return {};
+  const Monitor& monitor = options.monitor;
+  const Box box_m = checked_box(truth.all, "the true surface");
+  const glm::dvec3 centre_m = box_m.centre();
+  const Box own_box_m = about(box_m, centre_m);
+  const SurfaceMesh all = about(truth.all, centre_m);
+  const ColumnLattice fine = column_lattice(own_box_m, options.column_spacing_m);
+  const ColumnLattice coarse = column_lattice(own_box_m, 2.0 * fine.spacing_m);
+  const double enclosed_m3 = enclosed_columns(all, own_box_m, fine, monitor).volume_m3();
+  const double coarsely_m3 = enclosed_columns(all, own_box_m, coarse, monitor).volume_m3();
+  const bool steady = enclosed_m3 > 0.0 && std::abs(coarsely_m3 - enclosed_m3) <= kSteady * enclosed_m3;
+
+  const WindingCensus census = winding_census(about(wound_mesh(truth), centre_m), own_box_m, monitor);
+  const bool decided = census.undecided <= kMostUndecided && census.inside > 0.0;
+  const glm::dvec3 size_m = own_box_m.size();
+  const double wound_m3 = census.inside * size_m.x * size_m.y * size_m.z;
+  if (steady && !(decided && wound_m3 > kMissesMost * enclosed_m3))
+    return {TruthVolume::enclosed, "some of it are thin shells; its volume is what it encloses, standing on the ground"};
+  if (decided)
+    return {TruthVolume::winding_number,
+            "it has holes that let air in; its volume is where its winding number exceeds 1/2"};
+  if (census.undecided > kMostUndecided)
+    return {TruthVolume::none,
+            format("%.1f %% of its box have a winding number farther than 0.25 from a whole one, so that its holes leave "
+                   "open what is inside",
+                   100.0 * census.undecided)};
+  return {TruthVolume::none, "it encloses nothing, and its winding number exceeds 1/2 nowhere"};
+}
 
 SurfaceScore score(const SurfaceMesh& extracted, const TruthSurface& truth, std::span<const Acquisition> views,
                    const ScoreOptions& options) {
@@ -194,7 +277,10 @@ SurfaceScore score(const SurfaceMesh& extracted, const TruthSurface& truth, std:
   Side side{about(extracted, centre_m), about(extracted_box, centre_m), extracted.triangles.size(), {}, {}};
   Side truth_side{about(truth.all, centre_m), about(truth_box, centre_m), truth.n_closed, {}, {}};
 
-  score_volumes(side, truth_side, about(truth.solid, centre_m), about(both, centre_m), options, result);
+  const SurfaceMesh& solid = options.truth_volume == TruthVolume::closed_pieces    ? truth.solid
+                             : options.truth_volume == TruthVolume::winding_number ? wound_mesh(truth)
+                                                                                   : truth.all;
+  score_volumes(side, truth_side, about(solid, centre_m), about(both, centre_m), options, result);
   score_distances(side, truth_side, moved_views, options, result);
   return result;
 }
