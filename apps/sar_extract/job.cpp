@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "job.h"
 
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "listing.h"
 #include "model_place.h"
 #include "output_files.h"
+#include "output_lock.h"
+#include "printed.h"
 #include "process.h"
 #include "recipe_file.h"
 #include "sarnerf/bake/preview.h"
 #include "sarnerf/bake/write_mesh.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/sha256.h"
 #include "sarnerf/nerf/mlp_field.h"
 #include "sarnerf/nerf/model_file.h"
@@ -63,7 +64,7 @@ Json request_of(const Options& o, const std::string& model_sha256) {
 }
 
 /// What the same recipe printed before, if its output is all there. Throws UsageError for output of another one.
-std::optional<std::string> finished(const Options& o, const Paths& paths, const Json& request) {
+std::optional<Printed> finished(const Options& o, const Paths& paths, const Json& request) {
   const auto refuse = [&](const std::string& why) {
     throw UsageError(paths.volume.string() + ": other output is in the way (" + why +
                      "); choose another name or allow --overwrite");
@@ -80,8 +81,7 @@ std::optional<std::string> finished(const Options& o, const Paths& paths, const 
     if (!path.empty() && !std::filesystem::exists(path)) return std::nullopt;
   std::ifstream file(paths.report);
   const Json report = Json::parse(file, nullptr, false);
-  if (!report.is_object() || !report.contains("printed") || !report["printed"].is_string()) return std::nullopt;
-  return report["printed"].get<std::string>();
+  return report.is_object() ? Printed::from(report.value("printed", Json())) : std::nullopt;
 }
 
 void require_places(const Options& o, const Paths& paths) {
@@ -96,38 +96,47 @@ void require_places(const Options& o, const Paths& paths) {
   }
 }
 
-std::string explained(const Options& o, const Model& model) {
-  const ExtractOptions& e = o.extract;
-  char volume[120];
-  if (e.resolution == 0) {
-    std::snprintf(volume, sizeof volume, "the learned lattice, voxels of %.3g m", model.field->voxel_size_m());
-  } else {
-    std::snprintf(volume, sizeof volume, "%d^3 over %.4g m, voxels of %.3g m", e.resolution, e.extent_m,
-                  e.extent_m / e.resolution);
-  }
-  return "plan\n  model     " + std::string(model.field->kind()) + ", " + model.field->size_text() + ", of " +
-         std::to_string(model.info.training_views.size()) + " views\n  volume    " + volume + "\n  body      " +
-         (e.body == Body::solid
-              ? "solid: what up to " + std::to_string(e.most_views) + " training views see, and all behind it"
-              : std::string("shell: matter denser than the threshold")) +
-         "\n  left out  voxels without extinction; insides, which are tiles" +
-         (o.truth.empty() ? "; scores: no --truth" : "") + (o.mesh.empty() ? "; mesh file: no --mesh" : "") +
-         (o.preview.empty() ? "; picture: no --preview" : "");
+/// Of files that are going to be written.
+std::vector<std::filesystem::path> outputs_of(const Options& o, const Paths& paths) {
+  std::vector<std::filesystem::path> outputs{paths.volume, paths.recipe, paths.report};
+  for (const auto& path : {o.mesh, o.preview})
+    if (!path.empty()) outputs.push_back(path);
+  return outputs;
 }
 
-std::string summary_text(const Options& o, const Extraction& x, const std::optional<Scores>& scores) {
-  char text[300];
-  std::snprintf(text, sizeof text, "surface: %zu triangles; bottom at %.3g m%s; threshold %.3g per metre%s\n",
-                x.mesh.triangles.size(), x.bottom_m,
-                x.bottom_was_given ? "" : " (where returns end: --ground-height)", x.threshold_per_m,
-                o.extract.body == Body::shell || o.extract.threshold_per_m ? "" : " (not used: --solid)");
-  std::string result = listing(x) + text;
-  if (scores) result += table_text(*scores);
-  return result;
+/// Whatever is likeliest to have left nothing.
+std::string empty_body_text(const Options& o, const Extraction& x) {
+  const std::string what = "the body is empty: ";
+  if (x.part_outside > 0.5)
+    return what + format("the cube leaves out %.0f %% of the box of what was learned; raise --extent, or move --centre",
+                         100.0 * x.part_outside);
+  const glm::dvec3 size_m = x.volume.scene_box_m.empty() ? glm::dvec3(0.0) : x.volume.scene_box_m.size();
+  if (o.extract.resolution != 0 && std::max({size_m.x, size_m.y, size_m.z}) < 8.0 * x.voxel_size_m)
+    return what + format("voxels of %.3g m are coarse for what was learned, %.3g x %.3g x %.3g m; lower --extent, or raise "
+                         "--resolution",
+                         x.voxel_size_m, size_m.x, size_m.y, size_m.z);
+  if (o.extract.threshold_per_m)
+    return what + format("little is as dense as --threshold %.3g per metre; lower it", *o.extract.threshold_per_m);
+  if (o.extract.ground_height_m)
+    return what + format("no training view meets matter above --ground-height %.4g m; lower it, or train longer",
+                         *o.extract.ground_height_m);
+  return what + "no training view meets matter; train longer, or try --shell";
+}
+
+void tell(const Options& o, const Model& model, const Extraction& x, Console& console) {
+  if (x.mesh.triangles.empty()) console.warning(empty_body_text(o, x));
+  if (x.part_outside > 0.01)
+    console.warning(format("--extent cuts off %.1f %% of the box of what was learned", 100.0 * x.part_outside));
+  if (model.field->kind() == "mlp")
+    console.note(format("harmonics of degree 2 keep the network's brightness to within %.1f %%", 100.0 * x.harmonics_residual));
+  if (const Integrator integrator = model.field->integrator(); integrator != Integrator::exact)
+    console.note("learned by the rule " + std::string(name(integrator)) +
+                 ", which depends on the range bins: of the volume, sar_render --integrator " +
+                 std::string(name(integrator)) + " comes nearest");
 }
 
 Json report_json(const Options& o, const Extraction& x, const std::optional<Scores>& scores, double write_s,
-                 const std::string& printed) {
+                 const Printed& printed) {
   Json j{{"format", "sarnerf-report"},
          {"version", 1},
          {"program", std::string(kProgram) + " " + std::string(kVersion)},
@@ -147,7 +156,7 @@ Json report_json(const Options& o, const Extraction& x, const std::optional<Scor
            {"total", seconds_since_start()}}},
          {"machine", {{"processor", processor_name()}, {"libraries", torch_text()}}},
          {"memory_bytes", {{"peak", peak_memory_bytes()}}},
-         {"printed", printed}};
+         {"printed", printed.json()}};
   if (scores) j["scores"] = scores_json(*scores);
   return valid_text(j);
 }
@@ -158,18 +167,23 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   const Paths paths = paths_of(o);
   require_places(o, paths);
   const std::string sha256 = sha256_of_file(model_file(o.model));
+  if (o.dry_run) return plan_text(o, read_model(model_file(o.model))) + "\n";
   const Json request = request_of(o, sha256);
+  const std::vector<std::filesystem::path> outputs = outputs_of(o, paths);
+  for (const auto& path : outputs)
+    if (!path.parent_path().empty()) make_folder(path.parent_path());
+  const OutputLock lock(outputs);
   if (!o.overwrite) {
     if (const auto printed = finished(o, paths, request)) {
       console.note("already done: the same recipe is there, nothing was extracted");
-      return *printed;
+      return printed->text(o);
     }
   }
   const Model model = open_model(o.model, console);
   const auto* const mlp = dynamic_cast<const MlpField*>(model.field.get());
   use_torch_threads(mlp ? o.shared.n_threads : 1);
   if (mlp) warn_of_slow_blas(mlp->kernel(), console);
-  if (o.explain) console.asked_for(explained(o, model));
+  if (o.explain) console.asked_for(plan_text(o, model));
   std::optional<Truth> truth;  // before the work: a bad file must not cost it
   if (!o.truth.empty()) truth = load_truth(o, console, monitor);
 
@@ -183,20 +197,7 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
     options.max_memory_bytes = limit - kBaseMemory;
   }
   Extraction extraction = extract(model, options);
-  if (extraction.mesh.triangles.empty())
-    console.warning("the body is empty: no training view meets matter; train longer, or try --shell");
-  if (extraction.part_outside > 0.0) {
-    char text[120];
-    std::snprintf(text, sizeof text, "--extent cuts off %.1f %% of the box of what was learned",
-                  100.0 * extraction.part_outside);
-    if (extraction.part_outside > 0.01) console.warning(text);
-  }
-  if (mlp) {
-    char text[120];
-    std::snprintf(text, sizeof text, "harmonics of degree 2 keep the network's brightness to within %.1f %%",
-                  100.0 * extraction.harmonics_residual);
-    console.note(text);
-  }
+  tell(o, model, extraction, console);
   std::optional<Scores> scores;
   if (truth) scores = score_extraction(o, *truth, model, extraction, console, monitor);
   monitor.check();
@@ -204,22 +205,17 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   // An old recipe must not vouch for new files, should the machine stop between the renames.
   const double before_writing_s = seconds_since_start();
   std::filesystem::remove(paths.recipe);
-  for (const auto& path : {paths.volume, o.mesh, o.preview})
-    if (!path.parent_path().empty()) make_folder(path.parent_path());
   extraction.volume.set_metadata("program", std::string(kProgram) + " " + std::string(kVersion));
   write_vdb(extraction.volume, paths.volume);
   if (!o.mesh.empty()) write_mesh(extraction.mesh, o.mesh, std::string(kProgram) + " of a model " + sha256.substr(0, 16));
   AtomicFiles files;
   if (!o.preview.empty()) files.add(o.preview, encode_png(preview(extraction.mesh)));
-  std::string result = paths.volume.string() + "\n";
-  for (const auto& path : {o.mesh, o.preview})
-    if (!path.empty()) result += path.string() + "\n";
-  result += summary_text(o, extraction, scores);
+  const Printed printed = printed_of(o, extraction, scores);
   const double write_s = seconds_since_start() - before_writing_s;
-  files.add(paths.report, report_json(o, extraction, scores, write_s, result).dump(2) + "\n");
+  files.add(paths.report, report_json(o, extraction, scores, write_s, printed).dump(2) + "\n");
   files.add(paths.recipe, recipe_text(make_recipe(kProgram, request, Json::object())));
   files.commit();
-  return result;
+  return printed.text(o);
 }
 
 }  // namespace sarnerf::app

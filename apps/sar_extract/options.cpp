@@ -30,7 +30,7 @@ constexpr int kMostVoxels = 8192;
 struct Texts {
   std::string model, output, resolution = "256", extent = "20", centre = "auto", threshold = "auto";
   std::string ground_height = "auto", mesh, preview, truth, units = "m", scale = "1", up = "y", images = "auto";
-  bool solid = false, shell = false, overwrite = false, explain = false;
+  bool solid = false, shell = false, overwrite = false, explain = false, dry_run = false;
 };
 
 void add_options(CommandLine& command, Texts& t) {
@@ -58,7 +58,8 @@ void add_options(CommandLine& command, Texts& t) {
   add("--mesh", t.mesh, "FILE", "Surface as .ply or .obj");
   add("--preview", t.preview, "FILE", "Picture of it (.png)");
   command.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same");
-  command.add_flag("--explain", t.explain, "Print the plan before the work");
+  command.add_flag("--explain", t.explain, "Print the plan before the work, and the volume's grids after it");
+  command.add_flag("--dry-run", t.dry_run, "Print the plan and stop; writes nothing");
 
   command.begin_group("Score");
   add("--truth", t.truth, "SCENE", "Mesh or scene to compare with: OBJ, PLY, STL, OFF, .json");
@@ -125,6 +126,7 @@ Options resolve(const Texts& t, const CommandLine& command) {
   o.images = t.images;
   o.overwrite = t.overwrite;
   o.explain = t.explain;
+  o.dry_run = t.dry_run;
   return o;
 }
 

@@ -24,6 +24,7 @@ struct Options {
 
   bool overwrite = false;
   bool explain = false;
+  bool dry_run = false;
   SharedOptions shared;
 };
 

@@ -9,6 +9,7 @@
 
 #include "sarnerf/bake/carved_solid.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/stopwatch.h"
 #include "sarnerf/dataset/fingerprint.h"
 #include "sarnerf/nerf/model_file.h"
@@ -71,6 +72,25 @@ Json score_json(const SurfaceScore& s) {
           {"column_spacing_m", s.column_spacing_m}};
 }
 
+Box box_of(const SurfaceMesh& mesh) {
+  Box box_m;
+  for (const glm::uvec3& t : mesh.triangles)
+    for (int corner = 0; corner < 3; ++corner) box_m.include(mesh.vertices_m[t[corner]]);
+  return box_m;
+}
+
+/// Surfaces that have no place in common are of other scenes, or in other frames.
+void warn_if_apart(const SurfaceMesh& extracted, const SurfaceMesh& truth, Console& console) {
+  const Box a = box_of(extracted), b = box_of(truth);
+  if (a.empty() || b.empty()) return;
+  if (glm::all(glm::lessThanEqual(a.min, b.max)) && glm::all(glm::lessThanEqual(b.min, a.max))) return;
+  const glm::dvec3 here = a.centre(), there = b.centre();
+  console.warning(format("what was extracted, around %.6g, %.6g, %.6g m, and the truth, around %.6g, %.6g, %.6g m, have no "
+                         "place in common: another scene, another up axis (--truth-up), other units (--truth-units), or "
+                         "another origin",
+                         here.x, here.y, here.z, there.x, there.y, there.z));
+}
+
 std::vector<std::string> row(const std::string& name, const SurfaceScore& s) {
   double box_m = 0.0;
   for (int axis = 0; axis < 3; ++axis)
@@ -96,12 +116,12 @@ Truth load_truth(const Options& o, Console& console, const Monitor& monitor) {
   const Scene scene = load_scene(o.truth, options);
   for (const std::string& note : scene.report.notes) console.detail(note);
   for (const std::string& warning : scene.report.warnings) console.warning(warning);
-  Truth truth{truth_of(scene)};
-  if (truth.surface.n_closed < truth.surface.all.triangles.size()) {
-    truth.volume = TruthVolume::enclosed;
-    console.note(o.truth.filename().string() +
-                 ": some of it are thin shells; its volume is what it encloses, standing on the ground");
-  }
+  Truth truth{truth_of(scene), {}};
+  ScoreOptions score_options;
+  score_options.monitor = monitor;
+  truth.volume = truth_volume(truth.surface, score_options);
+  if (truth.volume.volume != TruthVolume::none && !truth.volume.reason.empty())
+    console.note(o.truth.filename().string() + ": " + truth.volume.reason);
   return truth;
 }
 
@@ -111,9 +131,11 @@ Scores score_extraction(const Options& o, const Truth& truth, const Model& model
   std::vector<Acquisition> views;
   for (const DatasetView& view : model.info.training_views) views.push_back(acquisition_of(view, model.info.aim_m));
   ScoreOptions options;
-  options.truth_volume = truth.volume;
+  options.truth_volume = truth.volume.volume;
   options.monitor = monitor;
   Scores scores;
+  scores.truth_volume = truth.volume;
+  warn_if_apart(extraction.mesh, truth.surface.all, console);
   scores.extracted = score(extraction.mesh, truth.surface, views, options);
   const double ratio = scores.extracted.size_ratio;
   if (ratio > 0.0 && (ratio > kOtherUnits || ratio < 1.0 / kOtherUnits)) {
@@ -146,14 +168,14 @@ std::string table_text(const Scores& scores) {
                                          {"Hausdorff (m)", Align::right}};
   std::vector<std::vector<std::string>> rows{row("extracted", scores.extracted)};
   if (scores.carved) rows.push_back(row("carving alone", *scores.carved));
-  char text[120];
-  std::snprintf(text, sizeof text, "%.0f %% of the true surface is seen by some training view\n",
-                100.0 * scores.extracted.visible_fraction);
-  return markdown_table(columns, rows) + text;
+  std::string text = markdown_table(columns, rows);
+  if (scores.truth_volume.volume == TruthVolume::none) text += "no volumes of the truth: " + scores.truth_volume.reason + "\n";
+  return text;
 }
 
 Json scores_json(const Scores& scores) {
   Json j{{"extracted", score_json(scores.extracted)}};
+  j["truth_volume"] = {{"kind", name(scores.truth_volume.volume)}, {"reason", scores.truth_volume.reason}};
   if (scores.carved) j["carving"] = score_json(*scores.carved);
   return j;
 }

@@ -55,6 +55,85 @@ Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec
   return cube;
 }
 
+/// What both the plan and the extraction begin with; frames relative to the aim point.
+struct Setup {
+  const GridField* grid = nullptr;  ///< one of the two
+  const MlpField* mlp = nullptr;
+  Box matter_m;
+  double map_spacing_m = 0.0;         ///< between the rays of what views see
+  std::vector<Acquisition> views;     ///< of the training
+  std::vector<Acquisition> lookers;   ///< of them, those that tell the solid from what is empty
+  VoxelLattice lattice;
+  double part_outside = 0.0;
+
+  Box box_m(const glm::dvec3& aim_m) const {
+    return {aim_m + lattice.transform.world_from_index(glm::dvec3(lattice.first) - 0.5),
+            aim_m + lattice.transform.world_from_index(glm::dvec3(lattice.last) + 0.5)};
+  }
+};
+
+void require_voxels_within(const Box& matter_m, const ExtractOptions& options) {
+  const glm::dvec3 size_m = matter_m.size();
+  const double longest_m = std::max({size_m.x, size_m.y, size_m.z}), voxel_m = options.extent_m / options.resolution;
+  if (voxel_m <= 0.5 * longest_m) return;
+  throw UsageError(format("--extent: %.6g m in %d voxels makes them %.3g m wide, too coarse for the learned matter, which is "
+                          "%.3g x %.3g x %.3g m; an extent of %.2g m would hold it",
+                          options.extent_m, options.resolution, voxel_m, size_m.x, size_m.y, size_m.z, 1.1 * longest_m));
+}
+
+/// A ground elsewhere leaves nothing of a body, or stretches it to the end of what views hold.
+void require_ground_at(const Model& model, const Box& matter_m, const ExtractOptions& options) {
+  if (!options.ground_height_m) return;
+  const double ground_m = *options.ground_height_m;
+  const double top_m = model.info.aim_m.y + matter_m.max.y;
+  const double bottom_m = std::min(model.info.scene_box_m.min.y, model.info.aim_m.y + matter_m.min.y);
+  if (ground_m >= top_m)
+    throw UsageError(format("--ground-height: %.6g m lies above all that was learned, which spans heights of %.4g to %.4g m, "
+                            "so that nothing is left; leave it out, and the body ends where returns do",
+                            ground_m, bottom_m, top_m));
+  if (ground_m < bottom_m - (top_m - bottom_m))
+    throw UsageError(format("--ground-height: %.6g m lies farther below the scene, which spans heights of %.4g to %.4g m, than "
+                            "that is high; leave it out, and the body ends where returns do",
+                            ground_m, bottom_m, top_m));
+}
+
+/// In the scene's own words, what is missing.
+[[noreturn]] void throw_without_matter(const Model& model) {
+  const glm::dvec3 low = model.info.scene_box_m.min, high = model.info.scene_box_m.max;
+  throw UsageError(format("the model holds no matter at all: its images show nothing within the scene's box (%.4g..%.4g, "
+                          "%.4g..%.4g, %.4g..%.4g m); check box and aim point of the dataset, or train longer",
+                          low.x, high.x, low.y, high.y, low.z, high.z));
+}
+
+Setup set_up(const Model& model, const ExtractOptions& options) {
+  Setup s;
+  s.matter_m = model.field->occupied_box_m();
+  if (s.matter_m.empty()) throw_without_matter(model);
+  s.grid = dynamic_cast<const GridField*>(model.field.get());
+  s.mlp = dynamic_cast<const MlpField*>(model.field.get());
+  if (s.grid == nullptr && s.mlp == nullptr)
+    throw UsageError("fields of the kind " + std::string(model.field->kind()) + " cannot be extracted");
+  require_ground_at(model, s.matter_m, options);
+  for (const DatasetView& view : model.info.training_views) s.views.push_back(acquisition_of(view, glm::dvec3(0.0)));
+  s.lookers = spread_views(s.views, options.body == Body::solid ? options.most_views : 0);
+  const double field_voxel_m = model.field->voxel_size_m();
+  // Two thirds of a learned voxel: finer maps see nothing more.
+  s.map_spacing_m = (s.grid != nullptr ? 1.0 : 2.0 / 3.0) * 2.0 / 3.0 * field_voxel_m;
+  if (options.resolution == 0) {
+    const double voxel_m = s.grid != nullptr ? field_voxel_m : field_voxel_m / 3.0;
+    s.lattice = lattice_over(s.matter_m, voxel_m,
+                             s.grid != nullptr ? s.grid->transform().origin_m : glm::dvec3(0.5 * voxel_m));
+  } else {
+    require_voxels_within(s.matter_m, options);
+    const Cube cube = cube_of(options, s.matter_m, model.info.aim_m);
+    const double voxel_m = options.extent_m / options.resolution;
+    s.part_outside = cube.part_outside;
+    s.lattice.transform = {cube.box_m.min + 0.5 * voxel_m, voxel_m};
+    s.lattice.last = glm::ivec3(options.resolution - 1);
+  }
+  return s;
+}
+
 std::vector<float> extinctions(const LearnedVolume& volume) {
   const auto values = volume.grid.view().values;
   std::vector<float> some;
@@ -68,12 +147,6 @@ void remove_below(LearnedVolume& volume, double threshold_per_m) {
   const std::span<float> values = volume.grid.view().values;
   for (std::size_t v = 0; v < values.size(); v += n)
     if (double{values[v]} < threshold_per_m) std::fill(&values[v], &values[v] + n, 0.0f);
-}
-
-std::vector<Acquisition> training_acquisitions(const ModelInfo& info) {
-  std::vector<Acquisition> views;
-  for (const DatasetView& view : info.training_views) views.push_back(acquisition_of(view, glm::dvec3(0.0)));
-  return views;
 }
 
 }  // namespace
@@ -102,50 +175,59 @@ double otsu_threshold(std::vector<float> extinction_per_m) {
   return std::exp(low + width * static_cast<double>(border));
 }
 
+ExtractionPlan plan_extraction(const Model& model, const ExtractOptions& options) {
+  const Setup s = set_up(model, options);
+  ExtractionPlan plan;
+  plan.voxel_size_m = s.lattice.transform.voxel_size_m;
+  plan.box_m = s.box_m(model.info.aim_m);
+  plan.part_outside = s.part_outside;
+  plan.n_views = s.lookers.size();
+  plan.view_bytes = return_map_bytes(s.lookers, s.matter_m, s.map_spacing_m);
+  FieldChannels channels = sampled_channels();
+  if (s.grid != nullptr) {
+    const LearnedVolume native = native_volume(*s.grid);
+    channels = native.channels;
+    const std::size_t n_native = native.grid.topology().n_bricks();
+    const std::size_t n_bricks =
+        options.resolution == 0 ? n_native
+                                : bricks_with_matter(native.occupancy(), native.grid.transform(), s.lattice).size();
+    plan.n_voxels = n_bricks * kBrickVoxels;
+    plan.voxel_bytes = volume_bytes(n_native, channels) + 2 * volume_bytes(n_bricks, channels);
+  } else {
+    const DensityCache& cache = s.mlp->cache();
+    const std::size_t n_bricks = bricks_with_matter(cache.occupancy(), cache.transform(), s.lattice).size();
+    plan.n_voxels = n_bricks * kBrickVoxels;
+    plan.voxel_bytes = 2 * volume_bytes(n_bricks, channels);
+  }
+  plan.grids = grid_names(channels);
+  return plan;
+}
+
 Extraction extract(const Model& model, const ExtractOptions& options) {
   Stopwatch clock;
   Extraction result;
-  const std::vector<Acquisition> views = training_acquisitions(model.info);
+  const Setup setup = set_up(model, options);
   const glm::dvec3 aim_m = model.info.aim_m;
-  const Box matter_m = model.field->occupied_box_m();
-  if (matter_m.empty()) throw UsageError("the model holds no matter at all; train it longer, or with other images");
-
-  const auto* const grid = dynamic_cast<const GridField*>(model.field.get());
-  const auto* const mlp = dynamic_cast<const MlpField*>(model.field.get());
-  const double field_voxel_m = model.field->voxel_size_m();
-  // Two thirds of a learned voxel: finer maps see nothing more.
-  const double spacing_m = (grid != nullptr ? 1.0 : 2.0 / 3.0) * 2.0 / 3.0 * field_voxel_m;
-  const std::vector<Acquisition> lookers = spread_views(views, options.body == Body::solid ? options.most_views : 0);
+  const Box& matter_m = setup.matter_m;
+  const GridField* const grid = setup.grid;
+  const double spacing_m = setup.map_spacing_m;
+  const VoxelLattice& lattice = setup.lattice;
+  const std::vector<Acquisition>& lookers = setup.lookers;
   const std::uint64_t max_memory_bytes = memory_beside_maps(lookers, matter_m, spacing_m, options.max_memory_bytes);
-  VoxelLattice lattice;
-  if (options.resolution == 0) {
-    const double voxel_m = grid != nullptr ? field_voxel_m : field_voxel_m / 3.0;
-    lattice = lattice_over(matter_m, voxel_m, grid != nullptr ? grid->transform().origin_m : glm::dvec3(0.5 * voxel_m));
-  } else {
-    const Cube cube = cube_of(options, matter_m, aim_m);
-    const double voxel_m = options.extent_m / options.resolution;
-    result.part_outside = cube.part_outside;
-    lattice.transform = {cube.box_m.min + 0.5 * voxel_m, voxel_m};
-    lattice.last = glm::ivec3(options.resolution - 1);
-  }
+  result.part_outside = setup.part_outside;
   result.voxel_size_m = lattice.transform.voxel_size_m;
-  result.box_m = {aim_m + lattice.transform.world_from_index(glm::dvec3(lattice.first) - 0.5),
-                  aim_m + lattice.transform.world_from_index(glm::dvec3(lattice.last) + 0.5)};
+  result.box_m = setup.box_m(aim_m);
 
-  LearnedVolume volume;
-  if (grid != nullptr) {
-    volume = native_volume(*grid);
-  } else if (mlp != nullptr) {
-    volume = sampled(*mlp, lattice, views, max_memory_bytes, options.monitor);
-  } else {
-    throw UsageError("fields of the kind " + std::string(model.field->kind()) + " cannot be extracted");
-  }
+  LearnedVolume volume = grid != nullptr
+                             ? native_volume(*grid)
+                             : sampled(*setup.mlp, lattice, setup.views, max_memory_bytes, options.monitor);
   result.harmonics_residual = volume.harmonics_residual;
   const std::vector<float> all = extinctions(volume);
-  const double least = all.empty() ? 0.0 : double{*std::min_element(all.begin(), all.end())};
-  const double most = all.empty() ? 0.0 : double{*std::max_element(all.begin(), all.end())};
+  if (all.empty()) throw_without_matter(model);
+  const double least = double{*std::min_element(all.begin(), all.end())};
+  const double most = double{*std::max_element(all.begin(), all.end())};
   result.threshold_per_m = options.threshold_per_m.value_or(otsu_threshold(all));
-  if (all.empty() || result.threshold_per_m > most)
+  if (result.threshold_per_m > most)
     throw UsageError(format("--threshold: no voxel has so much extinction; those of this field have %.3g to %.3g per "
                             "metre, so that anything below the larger one leaves some", least, most));
 

@@ -15,9 +15,9 @@ namespace {
 
 bool before(const glm::ivec3& a, const glm::ivec3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
 
-void require_memory(std::size_t n_bricks, int n_channels, double voxel_size_m, std::uint64_t max_memory_bytes) {
+void require_memory(std::size_t n_bricks, const FieldChannels& channels, double voxel_size_m, std::uint64_t max_memory_bytes) {
   // Bricks, and the grids that are made of them.
-  const std::uint64_t needed = 2ull * n_bricks * kBrickVoxels * sizeof(float) * static_cast<std::uint64_t>(n_channels);
+  const std::uint64_t needed = 2 * volume_bytes(n_bricks, channels);
   if (max_memory_bytes == 0 || needed <= max_memory_bytes) return;
   // Matter is a layer: twice as large voxels need a quarter of the memory.
   const double larger = voxel_size_m * std::sqrt(static_cast<double>(needed) / static_cast<double>(max_memory_bytes));
@@ -28,6 +28,10 @@ void require_memory(std::size_t n_bricks, int n_channels, double voxel_size_m, s
 }
 
 }  // namespace
+
+std::uint64_t volume_bytes(std::size_t n_bricks, const FieldChannels& channels) {
+  return std::uint64_t{n_bricks} * kBrickVoxels * sizeof(float) * static_cast<std::uint64_t>(channels.count());
+}
 
 LearnedVolume native_volume(const GridField& field) {
   LearnedVolume volume{BrickGrid<float>(field.transform(), field.channels().count()), field.channels(), 0.0};
@@ -62,7 +66,7 @@ std::vector<glm::ivec3> bricks_with_matter(const Occupancy& occupancy, const Gri
 
 LearnedVolume empty_volume(const VoxelLattice& lattice, const FieldChannels& channels, std::span<const glm::ivec3> bricks,
                            std::uint64_t max_memory_bytes) {
-  require_memory(bricks.size(), channels.count(), lattice.transform.voxel_size_m, max_memory_bytes);
+  require_memory(bricks.size(), channels, lattice.transform.voxel_size_m, max_memory_bytes);
   LearnedVolume volume{BrickGrid<float>(lattice.transform, channels.count()), channels, 0.0};
   volume.grid.reserve_bricks(bricks.size());
   for (const glm::ivec3& brick : bricks) volume.grid.touch_brick(brick);

@@ -49,6 +49,12 @@ LearnedVolume resampled(const LearnedVolume& volume, const VoxelLattice& lattice
 LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::span<const Acquisition> views,
                       std::uint64_t max_memory_bytes, const Monitor& monitor);
 
+/// Channels of what sampled() gives.
+FieldChannels sampled_channels();
+
+/// Of so many bricks (bytes).
+std::uint64_t volume_bytes(std::size_t n_bricks, const FieldChannels& channels);
+
 /// Bricks of a lattice, ascending, in which some place lies in an occupied cell.
 std::vector<glm::ivec3> bricks_with_matter(const Occupancy& occupancy, const GridTransform& of_occupancy,
                                            const VoxelLattice& lattice);

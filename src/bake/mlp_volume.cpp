@@ -63,11 +63,13 @@ std::vector<double> fit_matrix(std::span<const glm::vec3> directions) {
 
 }  // namespace
 
+FieldChannels sampled_channels() { return {false, kDegree, SourceBasis::harmonics}; }
+
 LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::span<const Acquisition> views,
                       std::uint64_t max_memory_bytes, const Monitor& monitor) {
   const DensityCache& cache = field.cache();
   const std::vector<glm::ivec3> bricks = bricks_with_matter(cache.occupancy(), cache.transform(), lattice);
-  const FieldChannels channels{false, kDegree, SourceBasis::harmonics};
+  const FieldChannels channels = sampled_channels();
   const int n_channels = channels.count();
   LearnedVolume volume = empty_volume(lattice, channels, bricks, max_memory_bytes);
   const BrickView<float> out = volume.grid.view();

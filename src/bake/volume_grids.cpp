@@ -34,6 +34,14 @@ openvdb::FloatGrid::Ptr channel(const LearnedVolume& volume, int c, const openvd
 
 }  // namespace
 
+std::vector<std::string> grid_names(const FieldChannels& channels) {
+  std::vector<std::string> names{"extinction"};
+  for (int l = 0; l < channels.n_source(); ++l)
+    names.push_back(l == 0 ? "brightness" : "brightness_" + std::to_string(l));
+  names.emplace_back("occupancy");
+  return names;
+}
+
 VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world,
                       const openvdb::FloatGrid::Ptr& occupancy, bool as_half) {
   VdbScene scene;
@@ -42,14 +50,15 @@ VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world
   grids.basis = volume.channels.basis;
   grids.harmonics_degree = volume.channels.harmonics_degree;
   grids.extinction = channel(volume, 0, transform);
-  grids.extinction->setName("extinction");
+  const std::vector<std::string> names = grid_names(volume.channels);
+  grids.extinction->setName(names.front());
   for (int l = 0; l < volume.channels.n_source(); ++l) {
     grids.brightness.push_back(channel(volume, volume.channels.first_source() + l, transform));
     grids.brightness.back()->setSaveFloatAsHalf(as_half);
-    grids.brightness.back()->setName(l == 0 ? "brightness" : "brightness_" + std::to_string(l));
+    grids.brightness.back()->setName(names[1 + static_cast<std::size_t>(l)]);
   }
   occupancy->setTransform(transform);
-  occupancy->setName("occupancy");
+  occupancy->setName(names.back());
   grids.occupancy = occupancy;
   return scene;
 }
@@ -57,7 +66,7 @@ VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world
 void describe(VdbScene& volume, const Model& model, const ExtractOptions& options, const Extraction& extraction) {
   const ModelInfo& info = model.info;
   volume.set_metadata("field", std::string(model.field->kind()));
-  volume.set_metadata("integrator", info.integrator);
+  volume.set_metadata("integrator", std::string(name(model.field->integrator())));
   volume.set_metadata("reference_bin_m", info.reference_bin_m);
   volume.set_metadata("training_program", info.program);
   volume.set_metadata("training_steps", static_cast<double>(info.steps));

@@ -70,7 +70,6 @@ ModelInfo info_from(const Json& text, const std::string& where) {
   const Reader r(text, where);
   ModelInfo info;
   info.program = r.get<std::string>("program");
-  info.integrator = r.get<std::string>("integrator");
   info.reference_bin_m = r.get<double>("reference_bin_m");
   const Json box = r.get<Json>("scene_box_m");
   if (!box.is_array() || box.size() != 2)
@@ -117,7 +116,7 @@ void write_model(const std::filesystem::path& path, const LearnedField& field,
       {{"format", kFormat},
        {"version", kVersion},
        {"program", info.program},
-       {"integrator", info.integrator},
+       {"integrator", name(field.integrator())},
        {"reference_bin_m", info.reference_bin_m},
        {"scene_box_m", {json_of(info.scene_box_m.min), json_of(info.scene_box_m.max)}},
        {"aim_m", json_of(info.aim_m)},

@@ -196,6 +196,36 @@ TEST_CASE("the learned lattice is taken as it is") {
   CHECK(read.grid.view().voxel(there, offset_in_brick(wall))[0] == Approx(5.0 / (2.0 * kVoxel_m)).epsilon(1e-6));
 }
 
+TEST_CASE("a plan says what is then done") {
+  const Model model = model_of(field_of(hollow_box), {500.0, 20.0, -300.0});
+  for (const int resolution : {0, 100}) {
+    for (const Body body : {Body::solid, Body::shell}) {
+      ExtractOptions options = fine();
+      options.resolution = resolution;
+      options.body = body;
+      const ExtractionPlan plan = plan_extraction(model, options);
+      const Extraction made = extract(model, options);
+      CHECK(plan.voxel_size_m == made.voxel_size_m);
+      CHECK(plan.box_m.min == made.box_m.min);
+      CHECK(plan.box_m.max == made.box_m.max);
+      CHECK(plan.part_outside == made.part_outside);
+      CHECK(plan.n_views == (body == Body::solid ? 54 : 0));
+      const VdbSummary summary = made.volume.summary();
+      REQUIRE(summary.grids.size() == plan.grids.size());
+      std::uint64_t bytes = 0;
+      for (const VdbGridSummary& grid : summary.grids) {
+        CHECK(std::find(plan.grids.begin(), plan.grids.end(), grid.name) != plan.grids.end());
+        if (grid.name == "occupancy") continue;
+        CHECK(grid.n_active_voxels <= plan.n_voxels);
+        bytes += grid.memory_bytes;
+      }
+      // The grids are half of what works, and trees are more than their values.
+      CHECK(static_cast<double>(bytes) < 1.2 * static_cast<double>(plan.voxel_bytes));
+      CHECK(static_cast<double>(bytes) > 0.1 * static_cast<double>(plan.voxel_bytes));
+    }
+  }
+}
+
 TEST_CASE("the cube is where things stand") {
   const auto under_fog = [](const glm::dvec3& p) { return p.y > 5.0 ? Matter{1e-3} : hollow_box(p); };
   const Model model = model_of(field_of(under_fog), {500.0, 20.0, -300.0});
@@ -253,6 +283,22 @@ TEST_CASE("what cannot be extracted is told with what would do") {
   options = fine();
   options.centre_m = glm::dvec3(100.0, 0.0, 0.0);
   CHECK(message(options).find("--extent") != std::string::npos);
+  // Voxels as large as a mountain, and grounds above it and far below.
+  options = fine();
+  options.extent_m = 1e9;
+  CHECK(message(options).find("--extent: 1e+09 m in 100 voxels") != std::string::npos);
+  CHECK(message(options).find("longer") == std::string::npos);
+  options = fine();
+  for (const double ground_m : {1e6, 3.5, -1e6, -20.0}) {
+    options.ground_height_m = ground_m;
+    const std::string told = message(options);
+    CHECK(told.find(ground_m > 0.0 ? "above all that was learned, which spans heights of -6 to 3" : "below the scene") !=
+          std::string::npos);
+  }
+  for (const double ground_m : {2.9, -0.5}) {  // within what was learned, or a little below
+    options.ground_height_m = ground_m;
+    CHECK(message(options) == "nothing");
+  }
   options = fine();
   options.max_memory_bytes = 1000;
   CHECK(message(options).find("--max-memory") != std::string::npos);
@@ -265,4 +311,5 @@ TEST_CASE("what cannot be extracted is told with what would do") {
   CHECK(message(options) == "nothing");
   const Model empty = model_of(field_of([](const glm::dvec3&) { return Matter{}; }));
   CHECK_THROWS_AS(extract(empty, fine()), UsageError);
+  CHECK_THROWS_AS(plan_extraction(empty, fine()), UsageError);
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sarnerf/bake/surface_mesh.h"
 #include "sarnerf/core/monitor.h"
@@ -35,6 +36,21 @@ struct ExtractOptions {
   Monitor monitor;
 };
 
+/// What extract() is going to do.
+struct ExtractionPlan {
+  double voxel_size_m = 0.0;
+  Box box_m;                      ///< world, of what is extracted
+  double part_outside = 0.0;      ///< of the learned matter's box, by volume, that the extent cuts off
+  std::size_t n_views = 0;        ///< that tell the solid from what is empty
+  std::vector<std::string> grids; ///< of the volume
+  std::size_t n_voxels = 0;       ///< of bricks in which the field may hold matter: no grid has more
+  std::uint64_t voxel_bytes = 0;  ///< about, while it works: of these in all channels, before and as grids
+  std::uint64_t view_bytes = 0;   ///< about: of what the views see
+};
+
+/// Throws UsageError for whatever extract() refuses before it has looked into the field. Cost: that of the field's values.
+ExtractionPlan plan_extraction(const Model& model, const ExtractOptions& options);
+
 /// A model as voxels and as a surface.
 struct Extraction {
   VdbScene volume;   ///< world coordinates; the field as it was learned, and the occupancy of the body
@@ -53,8 +69,9 @@ struct Extraction {
 };
 
 /// Takes a learned field out of its model: extinction and brightness as they were learned, the body that its training
-/// views see, and its surface. Throws UsageError for an extent that misses the field, a threshold that leaves nothing, or
-/// more memory than allowed; Interrupted. Cost: docs/extraction.md.
+/// views see, and its surface. Throws UsageError for a field without matter, an extent that misses it or has voxels larger
+/// than half of it, a ground above it or farther below it than it is high, a threshold that leaves nothing, or more memory
+/// than allowed; Interrupted. Cost: docs/extraction.md.
 Extraction extract(const Model& model, const ExtractOptions& options);
 
 /// The threshold between fog and matter by Otsu's method (1979) on the logarithm of extinctions above 0: that which

@@ -12,6 +12,7 @@
 #include "sarnerf/core/image.h"
 #include "sarnerf/core/impulse_response.h"
 #include "sarnerf/geometry/box.h"
+#include "sarnerf/mpa/integrator.h"
 #include "sarnerf/nerf/archive.h"
 #include "sarnerf/nerf/row_renderer.h"
 
@@ -39,6 +40,9 @@ class LearnedField {
 
   /// Where matter may be: rows and rays that miss this box render nothing.
   virtual Box occupied_box_m() const = 0;
+
+  /// Rule by which its segments become images: it was learned by that one, and looks right by no other.
+  virtual Integrator integrator() const { return Integrator::exact; }
 
   /// What sampling is measured in.
   virtual double voxel_size_m() const = 0;

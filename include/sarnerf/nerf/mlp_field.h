@@ -62,6 +62,7 @@ class MlpField : public LearnedField {
   Box occupied_box_m() const override {
     return occupied_box(cache_.occupancy(), cache_.transform());
   }
+  Integrator integrator() const override { return meaning_.integrator; }
   double voxel_size_m() const override { return cache_.transform().voxel_size_m; }
   std::string size_text() const override;
   Archive state() const override;

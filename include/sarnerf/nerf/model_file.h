@@ -15,7 +15,6 @@ namespace sarnerf {
 /// What a model knows of the images that it was learned from.
 struct ModelInfo {
   std::string program;  ///< that wrote it, with its version
-  std::string integrator = "exact";
   double reference_bin_m = 0.0;         ///< Δ_ref, the finest range bin of the training images
   Box scene_box_m;                      ///< world
   glm::dvec3 aim_m{0.0};                ///< world; origin of the field's frame
