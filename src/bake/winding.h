@@ -26,7 +26,8 @@ namespace sarnerf {
 ///
 /// A piece of border that is small for its distance is replaced by the straight edge between its ends and the dipole of the
 /// triangles in between, and a group of closed loops by its dipole alone, as Barill et al. (2018) do with triangles: within
-/// 2e-3 of the exact sum. Vertices at one place are one. Cost: TIME_AT.
+/// 2e-3 of the exact sum. Vertices at one place are one. Cost on one busy
+/// thread: about 0.7 µs with 400 border edges, 15 µs with 15,000 around 5,000 holes.
 class BorderWinding {
  public:
   explicit BorderWinding(const SurfaceMesh& mesh);
@@ -64,8 +65,8 @@ class BorderWinding {
 
 /// What of a lattice's columns lies in the mesh's box and has a winding number above 1/2. `n_met` and `n_open` stay 0. The
 /// border's part is taken at 16 heights of the box and at crossings, and in between where it is passed. Throws Interrupted.
-/// Cost: that of columns_of(), and 20 to 40 times BorderWinding::at() a column: 1.5 s for 512 × 512 columns and a border
-/// of 500 edges on one thread, on all of them.
+/// Cost: that of columns_of(), and some 20 times BorderWinding::at() a column. 512 × 512 columns on two busy threads: 2 s for
+/// a bunny of 65,000 triangles with 400 border edges, 32 s for one with 15,000 around 5,000 holes.
 Columns wound_columns(const SurfaceMesh& mesh, const Box& box_m, const ColumnLattice& lattice,
                       const Monitor& monitor = {});
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The field `mlp` as voxels.
+#include <algorithm>
 #include <cmath>
 
 #include "../nerf/torch_catch.h"
@@ -61,13 +62,16 @@ std::vector<Acquisition> views() {
   return result;
 }
 
-/// The network itself at one point and direction.
-glm::dvec2 evaluated(const MlpField& field, const glm::dvec3& point_m, const glm::dvec3& direction) {
+/// The network itself at points seen along one direction: κ and brightness.
+std::vector<glm::dvec2> evaluated(const MlpField& field, std::span<const glm::vec3> points_m, const glm::dvec3& direction) {
   const torch::NoGradGuard no_gradients;
-  const glm::vec3 point(point_m), towards(direction);
-  const std::uint32_t ray_begin[] = {0, 1};
-  const auto values = field.evaluate({&point, 1}, {&towards, 1}, ray_begin);
-  return {values.extinction_per_m.item<double>(), values.brightness.item<double>()};
+  const glm::vec3 towards(direction);
+  const std::uint32_t ray_begin[] = {0, static_cast<std::uint32_t>(points_m.size())};
+  const auto values = field.evaluate(points_m, {&towards, 1}, ray_begin);
+  std::vector<glm::dvec2> result;
+  for (std::size_t n = 0; n < points_m.size(); ++n)
+    result.emplace_back(values.extinction_per_m.data_ptr<float>()[n], values.brightness.data_ptr<float>()[n]);
+  return result;
 }
 
 VoxelLattice lattice_of() {
@@ -85,35 +89,44 @@ struct Comparison {
 
 /// At every voxel of the lattice, towards all views.
 Comparison compared(const MlpField& field, const LearnedVolume& volume, const VoxelLattice& lattice) {
-  const double least = 0.01 / (2.0 * field.meaning().reference_bin_m);
-  Comparison c;
-  double square = 0.0, difference = 0.0;
+  std::vector<glm::ivec3> voxels;
+  std::vector<glm::vec3> points_m;
   for (int x = lattice.first.x; x <= lattice.last.x; ++x)
     for (int y = lattice.first.y; y <= lattice.last.y; ++y)
       for (int z = lattice.first.z; z <= lattice.last.z; ++z) {
-        const glm::ivec3 voxel(x, y, z);
-        const std::uint32_t brick = volume.grid.topology().find(brick_of_voxel(voxel));
-        const float* const value = brick == kNoBrick ? nullptr : volume.grid.view().voxel(brick, offset_in_brick(voxel));
-        const glm::dvec3 point_m = lattice.transform.world_from_index(glm::dvec3(voxel));
-        const double kappa = evaluated(field, point_m, {0.0, -1.0, 0.0}).x;
-        if (kappa < least) {
-          ++c.n_empty;
-          CHECK((value == nullptr || (value[0] == 0.0f && value[1] == 0.0f)));
-          continue;
-        }
-        ++c.n_matter;
-        REQUIRE(value != nullptr);
-        c.extinction = std::max(c.extinction, std::abs(double{value[0]} - kappa) / kappa);
-        for (const Acquisition& view : views()) {
-          const glm::dvec3 direction = radar_frame(view).k;
-          const auto y_lm = spherical_harmonics(direction, 2);
-          double fitted = 0.0;
-          for (std::size_t l = 0; l < 9; ++l) fitted += y_lm[l] * double{value[1 + l]};
-          const double truth = evaluated(field, point_m, direction).y;
-          square += kappa * truth * truth;
-          difference += kappa * (fitted - truth) * (fitted - truth);
-        }
+        voxels.emplace_back(x, y, z);
+        points_m.emplace_back(lattice.transform.world_from_index(glm::dvec3(x, y, z)));
       }
+  const double least = 0.01 / (2.0 * field.meaning().reference_bin_m);
+  Comparison c;
+  double square = 0.0, difference = 0.0;
+  for (const Acquisition& view : views()) {
+    const glm::dvec3 direction = radar_frame(view).k;
+    const auto y_lm = spherical_harmonics(direction, 2);
+    const std::vector<glm::dvec2> truth = evaluated(field, points_m, direction);
+    c.n_matter = c.n_empty = 0;
+    bool empty_is_empty = true, matter_is_there = true;
+    for (std::size_t n = 0; n < voxels.size(); ++n) {
+      const std::uint32_t brick = volume.grid.topology().find(brick_of_voxel(voxels[n]));
+      const float* const value =
+          brick == kNoBrick ? nullptr : volume.grid.view().voxel(brick, offset_in_brick(voxels[n]));
+      if (truth[n].x < least) {
+        ++c.n_empty;
+        empty_is_empty = empty_is_empty && (value == nullptr || (value[0] == 0.0f && value[1] == 0.0f));
+        continue;
+      }
+      ++c.n_matter;
+      matter_is_there = matter_is_there && value != nullptr;
+      if (value == nullptr) continue;
+      c.extinction = std::max(c.extinction, std::abs(double{value[0]} - truth[n].x) / truth[n].x);
+      double fitted = 0.0;
+      for (std::size_t l = 0; l < 9; ++l) fitted += y_lm[l] * double{value[1 + l]};
+      square += truth[n].x * truth[n].y * truth[n].y;
+      difference += truth[n].x * (fitted - truth[n].y) * (fitted - truth[n].y);
+    }
+    CHECK(empty_is_empty);
+    CHECK(matter_is_there);
+  }
   c.brightness = std::sqrt(difference / square);
   return c;
 }

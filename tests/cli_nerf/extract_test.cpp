@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -11,11 +12,14 @@ using Json = nlohmann::json;
 
 namespace {
 
-/// A scene with a model of it in run/, and a cube as a truth.
+/// A cube as a truth, 12 views of it, and a model of them in run/.
 struct LearnedScene : SmallScene {
   LearnedScene() {
-    REQUIRE(train({"data", "-o", "run", "--steps", "40", "-q"}).code == 0);
     write_cube(*this / "cube.obj");
+    REQUIRE(run(SAR_RENDER, {"cube.obj", "--pitch", "45", "--azimuth", "0:330:30", "--size", "32x32", "--spacing", "0.3", "-o",
+                             "views", "-q"})
+                .code == 0);
+    REQUIRE(train({"views", "-o", "run", "--steps", "100", "-q"}).code == 0);
   }
 
   Outcome extract(const std::vector<std::string>& arguments) const { return run(SAR_EXTRACT, arguments); }
@@ -40,8 +44,14 @@ TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
   for (const char* piece : {"extracted", "carving alone", "triangles"})
     CHECK(made.out.find(piece) != std::string::npos);
   const Json report = json_of(scene / "out.report.json");
-  CHECK(report["scores"]["extracted"]["iou"].get<double>() >= 0.0);
-  CHECK(report["scores"]["carving"]["iou"].get<double>() >= 0.0);
+  // Learned for a second from one pitch: 0.76 of the cube, whose walls lie half a voxel of 0.2 m inside. Carving takes
+  // nothing away from it and leaves 0.59; a shell of the same field is 0.60, an empty body 0.
+  const Json &extracted = report["scores"]["extracted"], &carving = report["scores"]["carving"];
+  CHECK(extracted["iou"].get<double>() > 0.7);
+  CHECK(extracted["iou"].get<double>() > carving["iou"].get<double>() + 0.1);
+  CHECK(std::abs(extracted["volume_error"].get<double>()) < 0.25);
+  CHECK(extracted["whole"]["chamfer_m"].get<double>() < 0.15);
+  CHECK(carving["recall"].get<double>() > 0.99);
   CHECK(report["seconds"]["total"].get<double>() > 0.0);
 
   const Outcome again = scene.extract(arguments);
