@@ -43,6 +43,11 @@ bool Checksums::whole(const std::string& name) const {
   }
 }
 
+bool Checksums::recorded(const std::string& name, std::string_view bytes) const {
+  const auto known = digest_.find(name);
+  return known != digest_.end() && known->second == sha256_hex(std::as_bytes(std::span(bytes)));
+}
+
 void Checksums::add(const std::vector<File>& files) {
   std::map<std::string, std::string> fresh_digest;
   for (const File& file : files) fresh_digest[file.name] = sha256_hex(file.bytes);

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace sarnerf::app {
@@ -21,6 +22,11 @@ class Checksums {
 
   /// Whether the file, by its name relative to the list's folder, has the bytes that it had when it was added.
   bool whole(const std::string& name) const;
+
+  /// Whether the file was added with these bytes, whatever has become of it since.
+  bool recorded(const std::string& name, std::string_view bytes) const;
+  /// Whether the file was added, and has other bytes now, or is gone.
+  bool damaged(const std::string& name) const { return digest_.contains(name) && !whole(name); }
 
   /// Adds files that are in place: name and bytes. Threads may call it. Throws Error when the list cannot be
   /// written.

@@ -42,6 +42,15 @@ std::string refuse_unless_file(std::string& path) {
   return {};
 }
 
+/// Programs take an empty text for an option that was not given, which the user did not mean.
+void refuse_empty(const CLI::App& parser) {
+  for (const CLI::Option* option : parser.get_options()) {
+    const std::vector<std::string>& texts = option->results();
+    if (std::find(texts.begin(), texts.end(), "") != texts.end())
+      throw UsageError(option->get_name() + ": expected a value, found an empty text; leave the option out for its default");
+  }
+}
+
 /// Types and defaults as "TYPE [default]", whatever the version of CLI11.
 class HelpFormatter : public CLI::Formatter {
  public:
@@ -85,10 +94,11 @@ void CommandLine::add_shared_options() {
   parser_.set_help_flag("-h,--help", "Print this help and exit")->group(kGroup);
   parser_.add_option("--threads", threads_, "Worker threads; auto: OMP_NUM_THREADS or all processors")
       ->type_name("N|auto")->capture_default_str()->group(kGroup);
-  parser_.add_option("--max-memory", max_memory_, "Refuse to start what needs more, such as 8G")
-      ->type_name("BYTES|none")->capture_default_str()->group(kGroup);
-  parser_.add_flag("-q,--quiet", quiet_, "Print warnings and errors only")->group(kGroup);
+  parser_.add_option("--max-memory", max_memory_, "Refuse to start what needs more, such as 8G; auto: what is there")
+      ->type_name("BYTES|auto|none")->capture_default_str()->group(kGroup);
+  parser_.add_flag("-q,--quiet", quiet_, "Print paths, warnings and errors only")->group(kGroup);
   parser_.add_flag("-v,--verbose", verbose_, "Print details")->group(kGroup);
+  same_meaning({"quiet", "verbose"});
   parser_.set_config("--config", "", "Options and scene from a file of lines name = value; the command line wins")
       ->type_name("FILE")->check(CLI::Validator(refuse_unless_file, ""))->group(kGroup);
   parser_.set_version_flag("--version", parser_.get_name() + " " + std::string(kVersion),
@@ -98,6 +108,7 @@ void CommandLine::add_shared_options() {
 bool CommandLine::parse(int argc, char** argv) {
   try {
     parser_.parse(argc, argv);
+    refuse_empty(parser_);
     return true;
   } catch (const CLI::CallForHelp&) {
     print_result(parser_.help());
@@ -113,6 +124,15 @@ bool CommandLine::parse(int argc, char** argv) {
   return false;
 }
 
+std::set<std::string> CommandLine::given() const {
+  std::set<std::string> names;
+  for (const CLI::Option* option : parser_.get_options()) {
+    if (option->count() == 0) continue;
+    for (const std::string& name : option->get_lnames()) names.insert(name);
+  }
+  return names;
+}
+
 SharedOptions CommandLine::shared_options() const {
   SharedOptions options;
   const CLI::Option* config = parser_.get_config_ptr();
@@ -120,7 +140,9 @@ SharedOptions CommandLine::shared_options() const {
   constexpr int kMostThreads = 1'000'000;
   options.n_threads = threads_ == "auto" ? default_thread_count()
                                          : static_cast<int>(parse_whole("--threads", threads_, 1, kMostThreads));
-  if (max_memory_ != "none") options.max_memory_bytes = parse_bytes("--max-memory", max_memory_);
+  options.any_memory = max_memory_ == "none";
+  if (max_memory_ != "none" && max_memory_ != "auto") options.max_memory_bytes = parse_bytes("--max-memory", max_memory_);
+  if (quiet_ && verbose_ > 0) throw UsageError("-q and -v contradict each other: give one of them");
   options.verbosity = quiet_ ? -1 : verbose_;
   return options;
 }

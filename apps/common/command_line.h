@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,11 @@ class CommandLine {
   /// Adds --threads, --max-memory, -q, -v, --config, --version. Call last: help shows them last.
   void add_shared_options();
 
-  /// False when help or version was asked for and has been printed.
+  /// False when help or version was asked for and has been printed. An option without text is an error.
   bool parse(int argc, char** argv);
+
+  /// After parse(): long names, without dashes, of the options that were given, here or in the configuration file.
+  std::set<std::string> given() const;
 
   /// After parse().
   SharedOptions shared_options() const;
@@ -41,7 +45,7 @@ class CommandLine {
  private:
   CLI::App parser_;
   std::string group_;
-  std::string threads_ = "auto", max_memory_ = "none";
+  std::string threads_ = "auto", max_memory_ = "auto";
   bool quiet_ = false;
   int verbose_ = 0;
 };

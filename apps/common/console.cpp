@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -15,6 +16,15 @@ using namespace std::chrono_literals;
 constexpr auto kBarInterval = 100ms;
 constexpr auto kLineInterval = 10s;
 constexpr int kBarWidth = 28;
+
+/// Null where that is impossible.
+std::FILE* copy_of_stderr() {
+  const int fd = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+  if (fd < 0) return nullptr;
+  std::FILE* const stream = ::fdopen(fd, "w");
+  if (stream == nullptr) ::close(fd);
+  return stream;
+}
 
 std::string duration_text(double seconds) {
   const auto s = static_cast<unsigned long long>(seconds + 0.5);
@@ -44,9 +54,15 @@ std::string visible(std::string_view text) {
 }
 
 Console::Console(std::string program, std::FILE* stream)
-    : program_(std::move(program)), stream_(stream), terminal_(::isatty(::fileno(stream)) == 1) {}
+    : program_(std::move(program)),
+      own_(stream == nullptr ? copy_of_stderr() : nullptr),
+      stream_(own_ != nullptr ? own_ : stream != nullptr ? stream : stderr),
+      terminal_(::isatty(::fileno(stream_)) == 1) {}
 
-Console::~Console() { clear_bar(); }
+Console::~Console() {
+  clear_bar();
+  if (own_ != nullptr) std::fclose(own_);
+}
 
 void Console::detail(std::string_view line) {
   if (verbosity_ >= 1) print("", visible(line));

@@ -14,7 +14,9 @@ namespace sarnerf::app {
 /// several threads.
 class Console {
  public:
-  explicit Console(std::string program, std::FILE* stream = stderr);
+  /// Writes to a stream of its own on stderr's file, whatever becomes of file descriptor 2 meanwhile (image decoders print
+  /// there, and are silenced); or to `stream`.
+  explicit Console(std::string program, std::FILE* stream = nullptr);
   ~Console();
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
@@ -43,6 +45,7 @@ class Console {
 
   std::mutex mutex_;
   std::string program_;
+  std::FILE* own_;  ///< null: the stream is somebody else's
   std::FILE* stream_;
   bool terminal_;
   int verbosity_ = 0;

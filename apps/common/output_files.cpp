@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "output_files.h"
 
+#include <algorithm>
 #include <system_error>
 #include <vector>
 
+#include "folder_name.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/dataset/manifest.h"
@@ -59,6 +61,18 @@ void refuse_input(const std::filesystem::path& output,
       throw UsageError("the output " + output.string() +
                        " would replace the input; choose another -o");
     }
+  }
+}
+
+void refuse_inside(const std::filesystem::path& output, std::span<const std::filesystem::path> input_folders) {
+  const std::filesystem::path place = full_path(output);
+  for (const std::filesystem::path& input : input_folders) {
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(input, ignored)) continue;
+    const std::filesystem::path folder = full_path(input);
+    if (std::mismatch(folder.begin(), folder.end(), place.begin(), place.end()).first != folder.end()) continue;
+    throw UsageError("the output " + output.string() + " lies inside the input " + input.string() +
+                     ", which would be read with it next time; choose another -o");
   }
 }
 

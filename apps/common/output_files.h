@@ -25,4 +25,7 @@ void remove_files(const std::filesystem::path& folder, const std::function<bool(
 void refuse_input(const std::filesystem::path& output,
                   std::span<const std::filesystem::path> inputs);
 
+/// Throws UsageError for an output inside a folder that is read: the next reader would take its files for more of the same.
+void refuse_inside(const std::filesystem::path& output, std::span<const std::filesystem::path> input_folders);
+
 }  // namespace sarnerf::app

@@ -15,4 +15,16 @@ namespace sarnerf::app {
 /// where none can be written.
 void require_sweep_place(const SweepFolder& folder, const Json& request, bool overwrite);
 
+/// Writes a recipe, and its checksum into the list: with that, a recipe that is damaged later is
+/// known to be this one.
+void write_recipe(const std::filesystem::path& path, const Json& recipe, const std::filesystem::path& checksums);
+
+/// Whether the file holds this recipe; or did, by the list of checksums, and is now damaged or gone: then it is written
+/// again. Throws UsageError for another recipe, and for one that is damaged and not known.
+bool holds_recipe(const std::filesystem::path& path, const Json& recipe, const std::filesystem::path& checksums);
+
+/// Makes the folder that of this recipe: keeps what is there of the same one, empties it where `overwrite` or nothing is
+/// there. Only while the folder is locked. Throws UsageError as holds_recipe().
+void take_sweep_place(const SweepFolder& folder, const Json& recipe, bool overwrite);
+
 }  // namespace sarnerf::app

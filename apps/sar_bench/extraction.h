@@ -25,7 +25,7 @@ struct ExtractionOptions {
   std::vector<std::string> times{"2s", "5s", "10s", "20s", "60s"};
   int n_seeds = 1;
   std::filesystem::path output;  ///< folder
-  bool overwrite = false;
+  bool overwrite = false, quiet = false, dry_run = false;
 };
 
 /// Directions from which a scene is seen.

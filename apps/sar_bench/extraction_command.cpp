@@ -4,10 +4,13 @@
 #include <span>
 
 #include "extraction_output.h"
+#include "folder_lock.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/report/raster.h"
 #include "studies.h"
+#include "values.h"
 
 namespace sarnerf::bench {
 namespace {
@@ -27,6 +30,20 @@ void write(const std::filesystem::path& folder, const std::vector<ExtractionRun>
     files.add(folder / (name + ".png"), png_of_svg(drawn));
   }
   files.commit();
+}
+
+std::string plan_text(const ExtractionOptions& o) {
+  std::string text = "plan\n  study      extraction\n";
+  for (const std::string& scene : o.scene_files) text += "  scene      " + scene + "\n";
+  std::string views;
+  for (const std::string& set : o.views) views += (views.empty() ? "" : ", ") + parse_view_set(set).text();
+  std::string times;
+  for (const std::string& time : o.times) {
+    times += (times.empty() ? "" : ", ") + format("%g s", app::parse_seconds("--time", time));
+  }
+  const std::size_t n_runs = o.scene_files.size() * o.views.size() * o.times.size() * static_cast<std::size_t>(o.n_seeds);
+  return text + "  views      " + views + "\n  training   " + times + ", " + counted(static_cast<std::uint64_t>(o.n_seeds), "seed") +
+         ", field " + o.field + "\n  runs       " + counted(n_runs, "run") + "\n  output     " + o.output.string() + "/\n";
 }
 
 }  // namespace
@@ -67,6 +84,8 @@ CLI::App& add_extraction_command(CLI::App& app, ExtractionOptions& o) {
       ->type_name("FOLDER")
       ->default_val("extraction_study");
   command.add_flag("--overwrite", o.overwrite, "Replace the study that is there");
+  command.add_flag("-q,--quiet", o.quiet, "Print the path of the table, warnings and errors only");
+  command.add_flag("--dry-run", o.dry_run, "Print what would be measured and stop");
   return command;
 }
 
@@ -76,12 +95,19 @@ void run_extraction_command(const ExtractionOptions& o, app::Console& console) {
     throw UsageError(o.output.string() + ": expected a place for a folder, found a file; choose another -o");
   if (!o.overwrite && std::filesystem::exists(o.output / "extraction.json", ignored))
     throw UsageError(o.output.string() + ": holds a study; choose another folder (-o) or allow --overwrite");
+  if (o.quiet) console.set_verbosity(-1);
+  if (o.dry_run) {
+    app::print_result(plan_text(o));
+    return;
+  }
+  make_folder(o.output);
+  const app::FolderLock lock(o.output);
   std::string table;
   study_extraction(o, console, [&](const std::vector<ExtractionRun>& runs) {
     write(o.output, runs);
     table = extraction_table(runs);
   });
-  app::print_result(table);
+  app::print_result(o.quiet ? (o.output / "extraction.md").string() + "\n" : table);
 }
 
 }  // namespace sarnerf::bench

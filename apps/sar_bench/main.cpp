@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_bench: what a render costs, beside what it must cost at least, and what accuracy that buys.
 #include <CLI/CLI.hpp>
-#include <iostream>
 
 #include "console.h"
 #include "exit_code.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/closest_name.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/parallel.h"
 #include "accuracy_diagram.h"
 #include "extraction_command.h"
 #include "learning.h"
+#include "output_lock.h"
 #include "sarnerf/report/raster.h"
 #include "studies.h"
 #include "study_accuracy.h"
@@ -26,6 +27,16 @@ struct Options {
   std::string json_file;
   std::string diagrams, table_file;
   int threads = sarnerf::default_thread_count();
+  bool quiet = false, dry_run = false;
+
+  /// Files that the study writes beside stdout.
+  std::vector<std::string> result_files() const {
+    std::vector<std::string> files;
+    for (const std::string& file : {json_file, table_file}) {
+      if (!file.empty()) files.push_back(file);
+    }
+    return files;
+  }
 };
 
 void add_common(CLI::App& command, Options& o) {
@@ -49,11 +60,36 @@ void add_common(CLI::App& command, Options& o) {
       ->check(CLI::Range(1, 4096).description(""))
       ->capture_default_str();
   command.add_option("--json", o.json_file, "Write the result to this file, too")->type_name("FILE");
+  command.add_flag("-q,--quiet", o.quiet, "Print paths of results that are written to files, warnings and errors only");
+  command.add_flag("--dry-run", o.dry_run, "Print what would be measured and stop");
 }
 
-nlohmann::json run_speed(const Options& o) {
+/// What a study of these options measures: a line each, for --dry-run.
+std::string plan_text(const std::string& study, const Options& o) {
+  const bool generated = o.study.scene_files.empty();
+  std::string text = "plan\n  study      " + study + (o.study.quick ? ", quick" : "") + "\n";
+  if (generated) text += "  scene      generated spheres of 1 and 100 thousand triangles\n";
+  for (const std::string& file : o.study.scene_files) text += "  scene      " + file + "\n";
+  text += sarnerf::format("  view       %d x %d pixels of %g m, incidence %g deg, azimuth %g deg\n", o.study.size, o.study.size,
+                          o.study.spacing_m, o.study.pitch_deg, o.study.azimuth_deg);
+  text += sarnerf::format("  rounds     %d of each contender, %s\n", o.study.rounds,
+                          sarnerf::counted(static_cast<std::uint64_t>(o.threads), "thread").c_str());
+  if (study == "speed") {
+    text += "  parts      engine against bare Embree; threads and engines; integrators";
+    if (!generated) text += "; 360-view sweeps";
+    if (!o.study.quick) text += "; 12 thousand and 1.2 million triangles; 1024 x 1024 image of a million triangles";
+    text += "\n";
+  }
+  if (study == "accuracy") text += std::string("  parts      elevation rays by slices") + (o.study.quick ? "" : "; voxel sizes") + "\n";
+  if (study == "voxel") text += "  parts      voxel sizes against the surface engine; the dense march; twice the empty space\n";
+  for (const std::string& file : o.result_files()) text += "  output     " + file + "\n";
+  if (!o.diagrams.empty()) text += "  output     " + o.diagrams + "-SCENE.svg, .png\n";
+  return text;
+}
+
+nlohmann::json run_speed(const Options& o, sarnerf::app::Console& console) {
   using namespace sarnerf::bench;
-  const auto announce = [](const char* what) { std::cerr << "sar_bench: " << what << "...\n"; };
+  const auto announce = [&](const std::string& what) { console.note(what + "..."); };
   nlohmann::json result{{"environment", environment()}};
   announce("engine against bare Embree");
   result["engine"] = study_engine(o.study);
@@ -169,9 +205,18 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
     sarnerf::require_writable(folder.empty() ? "." : folder);
   }
   if (o.study.quick) o.study.rounds = std::min(o.study.rounds, 5);
+  if (o.quiet) console.set_verbosity(-1);
+  if (o.dry_run) {
+    for (const std::filesystem::path scene : o.study.scene_files) sarnerf::require_scene_file(scene);
+    sarnerf::app::print_result(plan_text(speed->parsed() ? "speed" : voxel->parsed() ? "voxel" : "accuracy", o));
+    return;
+  }
+  std::vector<std::filesystem::path> results;
+  for (const std::string& file : o.result_files()) results.emplace_back(file);
+  const sarnerf::app::OutputLock lock(results);
   nlohmann::json result;
   if (speed->parsed()) {
-    result = run_speed(o);
+    result = run_speed(o, console);
   } else if (voxel->parsed()) {
     result = {{"environment", sarnerf::bench::environment()}, {"voxel", sarnerf::bench::study_voxel(o.study)}};
   } else {
@@ -179,7 +224,9 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
   }
   const std::string text = result.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!o.json_file.empty()) sarnerf::write_file_atomically(o.json_file, text);
-  sarnerf::app::print_result(text);
+  std::string paths;
+  for (const std::string& file : o.result_files()) paths += file + "\n";
+  sarnerf::app::print_result(o.quiet && !paths.empty() ? paths : text);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "recipe.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/input_file.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/dataset/display.h"
@@ -21,7 +22,6 @@
 #include "summary.h"
 #include "sweep_folder.h"
 #include "sweep_place.h"
-#include "values.h"
 
 namespace sarnerf::app {
 namespace {
@@ -125,19 +125,6 @@ class Import {
   std::mutex mutex_;
 };
 
-/// Programs hold one file a thread, its pixels as doubles at worst, and the picture.
-void refuse_beyond_memory(const Options& o, const std::vector<Source>& sources) {
-  constexpr std::uint64_t kBase = 64ull << 20, kTimesFile = 8;
-  std::uint64_t largest = 0;
-  for (const Source& s : sources) largest = std::max(largest, regular_file_size(s.file));
-  const std::uint64_t limit = o.shared.max_memory_bytes;
-  const std::uint64_t needed =
-      kBase + kTimesFile * static_cast<std::uint64_t>(o.shared.n_threads) * largest;
-  if (limit > 0 && needed > limit)
-    throw UsageError("about " + bytes_text(needed) + " are needed, more than --max-memory " +
-                     bytes_text(limit) + "; use fewer --threads");
-}
-
 void warn_of_several_classes(const std::vector<Source>& sources, Console& console) {
   std::set<std::string> classes;
   for (const Source& s : sources) classes.insert(s.chip.view.class_name + " " + s.chip.view.serial);
@@ -153,47 +140,40 @@ void warn_of_several_classes(const std::vector<Source>& sources, Console& consol
 std::string write_dataset(const Options& o, const Choice& choice, Console& console,
                           const Monitor& monitor) {
   refuse_input(o.output, o.inputs);
+  refuse_inside(o.output, o.inputs);
   const SweepFolder folder(o.output, choice.chosen.size());
   const Json recipe = recipe_of(o, choice.chosen, monitor);
   require_sweep_place(folder, recipe.at("request"), o.overwrite);
-  refuse_beyond_memory(o, choice.chosen);
   warn_of_several_classes(choice.chosen, console);
   make_folder(folder.path());
   const FolderLock lock(folder.path());
   folder.remove_temporary_files();
-  const auto found = read_recipe(folder.recipe());
-  if (found && !o.overwrite) {
-    const std::string differs = difference(*found, recipe);
-    if (!differs.empty()) refuse_place(folder.path(), differs);
-  } else {
-    folder.clear();
-    write_file_atomically(folder.recipe(), recipe_text(recipe));
-  }
+  take_sweep_place(folder, recipe, o.overwrite);
   folder.create(false);
 
   Import import(o, choice.chosen, folder);
-  const std::string n_all = std::to_string(choice.chosen.size());
+  const std::string n_all = counted(choice.chosen.size(), "image");
   const std::string result = folder.manifest().string() + "\n" + summary_text(choice);
   if (import.n_before() == choice.chosen.size() && std::filesystem::exists(folder.report())) {
-    console.note("already done: all " + n_all +
-                 " images of the same recipe are there, nothing was written");
+    console.note(import.n_before() == 1 ? "already done: the image of the same recipe is there, nothing was written"
+                                         : "already done: all " + n_all + " of the same recipe are there, nothing was written");
     return result;
   }
   if (import.n_before() > 0)
     console.note("continuing: " + std::to_string(import.n_before()) + " of " + n_all +
-                 " images are there");
+                 (import.n_before() == 1 ? " is there" : " are there"));
   try {
     import.write_views(monitor);
   } catch (const Interrupted&) {
     if (import.n_finished() > 0) write_file_atomically(folder.manifest(), import.manifest());
     throw Interrupted("interrupted: " + std::to_string(import.n_finished()) + " of " + n_all +
-                      " images are finished; the same command continues");
+                      (import.n_finished() == 1 ? " is" : " are") + " finished; the same command continues");
   }
   write_file_atomically(folder.manifest(), import.manifest());
   write_file_atomically(folder.report(),
                         report_text(o, choice, choice.chosen.size() - import.n_before()),
                         Durability::process);
-  console.note("finished: " + n_all + " images");
+  console.note("finished: " + n_all);
   return result;
 }
 

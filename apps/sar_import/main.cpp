@@ -11,6 +11,7 @@ std::string import_images(const Options& options, Console& console, const Monito
   Choice choice = choose(find_sources(options, console, monitor), options.selection);
   if (const std::string duplicates = duplicates_text(choice.chosen); !duplicates.empty())
     console.warning(duplicates);
+  refuse_beyond_memory(options, choice.chosen);
   read_sizes(options, choice.chosen, monitor);
   if (options.dry_run) return plan_text(options, choice);
   if (options.explain) console.asked_for(plan_text(options, choice));
@@ -25,7 +26,8 @@ void run(const Options& options, Console& console) {
   const std::string result = options.command == Command::phoenix
                                  ? write_phoenix_chips(options, console, monitor)
                                  : import_images(options, console, monitor);
-  if (options.dry_run || options.shared.verbosity >= 0) print_result(result);
+  const bool path_alone = options.shared.verbosity < 0 && !options.dry_run;
+  print_result(path_alone ? result.substr(0, result.find('\n') + 1) : result);
 }
 
 }  // namespace

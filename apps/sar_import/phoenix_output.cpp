@@ -11,6 +11,7 @@
 #include "recipe_file.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/dataset/chip.h"
 #include "sarnerf/dataset/fingerprint.h"
 #include "sarnerf/dataset/posed_image.h"
@@ -23,6 +24,11 @@ std::string chip_name(std::size_t n) {
   char text[40];
   std::snprintf(text, sizeof text, "chip_%03zu.phoenix", n);
   return text;
+}
+
+bool is_chip(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  return name.starts_with("chip_") && path.extension() == ".phoenix";
 }
 
 std::vector<std::byte> chip_bytes(const Options& o, const Dataset& dataset, std::size_t n,
@@ -57,22 +63,23 @@ std::string write_phoenix_chips(const Options& o, Console& console, const Monito
                    {"dataset_sha256", dataset_fingerprint(o.inputs.front(), dataset, monitor)}},
                   Json::object());
   refuse_input(o.output, o.inputs);
+  refuse_inside(o.output, o.inputs);
   require_possible(o.output);
   std::error_code ignored;
-  const auto found = read_recipe(recipe_path);
-  if (!o.overwrite && std::filesystem::exists(o.output / chip_name(0), ignored) && !found)
-    refuse_place(o.output, "files without a recipe");
-  if (!o.overwrite && std::filesystem::exists(o.output / kManifestName, ignored))
-    refuse_place(o.output, "a dataset");
-  if (found && !o.overwrite) {
-    const std::string differs = difference(*found, recipe);
-    if (!differs.empty()) refuse_place(o.output, differs);
-  }
+  if (std::filesystem::exists(o.output / kManifestName, ignored)) refuse_place(o.output, "a dataset");
   make_folder(o.output);
   const FolderLock lock(o.output);
-  write_file_atomically(recipe_path, recipe_text(recipe));
+  const std::filesystem::path list = o.output / "SHA256SUMS";
+  if (o.overwrite || !holds_recipe(recipe_path, recipe, list)) {
+    if (!o.overwrite && std::filesystem::exists(o.output / chip_name(0), ignored))
+      refuse_place(o.output, "files without a recipe");
+    // Chips of another recipe are whole, too, by the list.
+    std::filesystem::remove(list);
+    remove_files(o.output, is_chip);
+    write_recipe(recipe_path, recipe, list);
+  }
 
-  Checksums checksums(o.output / "SHA256SUMS");
+  Checksums checksums(list);
   std::size_t n_written = 0;
   for (std::size_t n = 0; n < n_views; ++n) {
     monitor.check();
@@ -87,11 +94,11 @@ std::string write_phoenix_chips(const Options& o, Console& console, const Monito
     monitor.report("chips", n + 1, n_views);
   }
   checksums.finish();
-  console.note(n_written == 0 ? "already done: all " + std::to_string(n_views) +
-                                    " chips are there, nothing was written"
-                              : "finished: " + std::to_string(n_views) + " chips");
-  return o.output.string() + "/\n  " + std::to_string(n_views) + " Phoenix chips, " + chip_name(0) +
-         " to " + chip_name(n_views - 1) + "\n";
+  console.note(n_written > 0   ? "finished: " + counted(n_views, "chip")
+               : n_views == 1 ? "already done: the chip is there, nothing was written"
+                              : "already done: all " + counted(n_views, "chip") + " are there, nothing was written");
+  const std::string names = n_views == 1 ? chip_name(0) : chip_name(0) + " to " + chip_name(n_views - 1);
+  return o.output.string() + "/\n  " + counted(n_views, "Phoenix chip") + ", " + names + "\n";
 }
 
 }  // namespace sarnerf::app

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/input_text.h"
 
 namespace sarnerf::app {
@@ -46,7 +47,7 @@ template <class Keep>
 void keep_if(Choice& choice, const std::string& why, Keep keep) {
   const auto n = std::erase_if(choice.chosen, [&](const Source& s) { return !keep(s); });
   if (n > 0)
-    choice.left_out.push_back(std::to_string(n) + (n == 1 ? " image: " : " images: ") + why);
+    choice.left_out.push_back(counted(static_cast<std::uint64_t>(n), "image") + ": " + why);
 }
 
 void take_class(Choice& choice, const std::string& wanted) {
@@ -114,8 +115,7 @@ void take_every(Choice& choice, double step_deg) {
   for (std::size_t n = 0; n < all.size(); ++n)
     if (taken[n]) kept.push_back(all[n]);
   if (kept.size() < all.size())
-    choice.left_out.push_back(std::to_string(all.size() - kept.size()) +
-                              " images: not the nearest to an azimuth of every " +
+    choice.left_out.push_back(counted(all.size() - kept.size(), "image") + ": not the nearest to an azimuth of every " +
                               number(step_deg) + " deg");
   choice.chosen = std::move(kept);
 }

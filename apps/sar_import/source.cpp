@@ -6,12 +6,16 @@
 #include <fstream>
 #include <mutex>
 
+#include "memory_limit.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
+#include "sarnerf/core/input_file.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/dataset/image_index.h"
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/dataset/sample.h"
+#include "values.h"
 
 namespace sarnerf::app {
 namespace {
@@ -52,8 +56,7 @@ std::vector<fs::path> chip_files(const Options& o, Console& console, const Monit
   std::sort(files.begin(), files.end());
   files.erase(std::unique(files.begin(), files.end()), files.end());
   if (n_others > 0)
-    console.note("passed over, of another kind: " + std::to_string(n_others) +
-                 (n_others == 1 ? " file" : " files"));
+    console.note("passed over, of another kind: " + counted(n_others, "file"));
   return files;
 }
 
@@ -119,9 +122,8 @@ std::vector<Source> picture_sources(const Options& o, Console& console) {
   const auto pictures = image_files(folder);
   const auto indexed = o.table.empty() ? index_by_names(folder) : read_image_index(o.table, folder);
   if (!o.table.empty() && indexed.size() < pictures.size())
-    console.note(std::to_string(pictures.size() - indexed.size()) + " of " +
-                 std::to_string(pictures.size()) + " images in " + folder.string() +
-                 " are not in the table: passed over");
+    console.note(std::to_string(pictures.size() - indexed.size()) + " of " + counted(pictures.size(), "image") + " in " +
+                 folder.string() + " not in the table: passed over");
   std::vector<Source> sources;
   for (const IndexedImage& image : indexed) sources.push_back(source_of(o, image));
   return sources;
@@ -157,6 +159,33 @@ std::vector<Source> find_sources(const Options& o, Console& console, const Monit
                                                      : "Phoenix chips") +
                      ", found none");
   return sources;
+}
+
+void refuse_beyond_memory(const Options& o, const std::vector<Source>& sources) {
+  // Of each thread: the file, what decoders make of it, the image as it is and turned, and what it becomes: a file, its
+  // copy, and the picture.
+  constexpr std::uint64_t kBase = 64ull << 20, kBytesPerPixel = 24;
+  std::uint64_t largest = 0;
+  const Source* worst = nullptr;
+  for (const Source& s : sources) {
+    std::uint64_t bytes = regular_file_size(s.file);
+    if (o.command == Command::images) {
+      const ImageSize size = read_image_size(s.file);
+      bytes += size.decoded_bytes + kBytesPerPixel * size.n_rows * size.n_columns;
+    } else {
+      bytes *= 8;  // pixels of 8 bytes at worst, and as many again as an image
+    }
+    if (worst != nullptr && bytes <= largest) continue;
+    largest = bytes;
+    worst = &s;
+  }
+  const MemoryLimit limit = memory_limit(o.shared);
+  const std::uint64_t n_threads = std::min<std::uint64_t>(static_cast<std::uint64_t>(o.shared.n_threads), sources.size());
+  const std::uint64_t needed = kBase + n_threads * largest;
+  if (worst == nullptr || limit.allows(needed)) return;
+  throw UsageError(worst->file.string() + ": about " + bytes_text(needed) + " are needed for images of this size on " +
+                   counted(n_threads, "thread") + ", " + limit.text() +
+                   (n_threads > 1 ? "; use fewer --threads or smaller images" : "; use smaller images"));
 }
 
 void read_sizes(const Options& o, std::vector<Source>& sources, const Monitor& monitor) {

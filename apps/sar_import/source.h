@@ -26,6 +26,9 @@ struct Source {
 /// for bad ones and where nothing is found.
 std::vector<Source> find_sources(const Options& options, Console& console, const Monitor& monitor);
 
+/// Throws UsageError where the largest of the files, decoded on every thread, takes more than there is. Reads headers.
+void refuse_beyond_memory(const Options& options, const std::vector<Source>& sources);
+
 /// Reads every image once and notes its size, so that a bad one is known before anything is written. Throws InputError.
 void read_sizes(const Options& options, std::vector<Source>& sources, const Monitor& monitor);
 

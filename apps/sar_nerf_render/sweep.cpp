@@ -55,11 +55,7 @@ std::string write_sweep(const Job& job, Console& console, const Monitor& monitor
   make_folder(folder.path());
   const FolderLock lock(folder.path());
   folder.remove_temporary_files();
-  if (job.options.overwrite || !read_recipe(folder.recipe())) {
-    folder.clear();
-    write_file_atomically(folder.recipe(),
-                          recipe_text(make_recipe(kProgram, job.request, Json::object())));
-  }
+  take_sweep_place(folder, make_recipe(kProgram, job.request, Json::object()), job.options.overwrite);
   folder.create(false);
 
   std::vector<DatasetView> views = job.views;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "console.h"
+#include "memory_limit.h"
 #include "options.h"
 #include "sarnerf/render/engine.h"
 #include "sarnerf/scene/scene.h"
@@ -31,9 +32,9 @@ struct LoadedVolume {
 };
 LoadedVolume load_volume(const Options& options, const LoadOptions& load, Console& console);
 
-/// Builds what `options` ask for: `auto` takes the surface engine for meshes, which is exact for
-/// homogeneous matter, and the voxel engine for volumes. Writes --save-volume.
+/// Builds what `options` ask for: `auto` takes the surface engine for meshes of homogeneous matter, where it is nearer to
+/// the truth at less cost, and the voxel engine for volumes. Writes --save-volume.
 BuiltEngine build_engine(const Options& options, const Scene& scene, std::optional<Volume> volume,
-                         Console& console, const Monitor& monitor);
+                         const MemoryLimit& limit, Console& console, const Monitor& monitor);
 
 }  // namespace sarnerf::app

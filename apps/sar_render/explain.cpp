@@ -13,10 +13,6 @@
 namespace sarnerf::app {
 namespace {
 
-std::string counted(std::size_t n, const char* one, const char* many) {
-  return format("%zu %s", n, n == 1 ? one : many);
-}
-
 /// Nobody needs an estimate to the microsecond, or hours in seconds.
 std::string duration_text(double seconds) {
   if (seconds < 0.01) return "less than 0.01 s";

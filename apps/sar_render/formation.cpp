@@ -19,11 +19,6 @@ Border border_of(const Options& o) {
   return border_of(response_of(o), o.size->first, o.size->second);
 }
 
-std::uint64_t formation_memory_bytes(const ImageFormation& formation, const Acquisition& acquisition) {
-  return formation_bytes_per_pixel(formation) * std::uint64_t(acquisition.n_azimuth) *
-         std::uint64_t(acquisition.n_range);
-}
-
 Json formation_request(const ImageFormation& f) {
   Json j;
   if (f.resolution_m) {

@@ -15,9 +15,6 @@ namespace sarnerf::app {
 /// them from beyond. The size must be decided. Zero without an impulse response.
 Border border_of(const Options& options);
 
-/// Bytes that forming this view's image takes beside the image.
-std::uint64_t formation_memory_bytes(const ImageFormation& formation, const Acquisition& acquisition);
-
 /// What the user asked for, for recipes and provenance: only what is on.
 Json formation_request(const ImageFormation& formation);
 

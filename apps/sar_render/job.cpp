@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <iterator>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
@@ -14,6 +14,7 @@
 #include "sarnerf/core/sha256.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/render/framing.h"
+#include "unused_options.h"
 
 namespace sarnerf::app {
 namespace {
@@ -21,7 +22,7 @@ namespace {
 /// Encoding and writing image and picture: measured at 128 million pixels, on one core.
 constexpr double kFileSecondsPerPixel = 35e-9;
 
-LoadOptions load_options(const Options& o, const Monitor& monitor) {
+LoadOptions load_options(const Options& o, const MemoryLimit& limit, const Monitor& monitor) {
   LoadOptions load;
   load.up = o.up;
   load.units_m = o.units_m;
@@ -29,7 +30,7 @@ LoadOptions load_options(const Options& o, const Monitor& monitor) {
   load.materials_file = o.materials;
   load.ground_material = o.ground;
   load.ground_height_m = o.ground_height_m;
-  load.max_memory_bytes = o.shared.max_memory_bytes;
+  load.max_memory_bytes = limit.bytes;
   load.monitor = monitor;
   return load;
 }
@@ -92,7 +93,11 @@ void tell_size(const Job& job, Console& console) {
     console.warning(few);
     return;
   }
-  constexpr int kSmall = 64, kGood = 128;
+  constexpr int kLarge = 4096, kSmall = 64, kGood = 128;
+  if (!job.framing.empty() && !job.scene->box.empty() && std::max(n_azimuth, n_range) > kLarge) {
+    console.note("a large image: " + scene_size_hint(*job.scene));
+    return;
+  }
   if (job.framing.empty() || job.scene->box.empty() || std::min(n_azimuth, n_range) >= kSmall) return;
   const double finer_m = std::min(o.spacing_m.first, o.spacing_m.second);
   const double spacing_m = round_below(finer_m * std::min(n_azimuth, n_range) / kGood);
@@ -111,6 +116,8 @@ double reference_height_m(const Options& o, const Scene& scene) {
 
 void make_plans(Job& job, const Monitor& monitor) {
   job.plans.resize(job.views.size());
+  std::mutex mutex;
+  std::size_t n_planned = 0;
   parallel_for(job.views.size(), 8, [&](std::size_t begin, std::size_t end, int) {
     monitor.check();
     for (std::size_t n = begin; n < end; ++n) {
@@ -118,8 +125,9 @@ void make_plans(Job& job, const Monitor& monitor) {
       validate(acquisition);
       job.plans[n] = job.built.engine->plan(widened(acquisition, job.border), job.options.sampling);
       request_layers(job.plans[n], {job.options.layers, job.reference_height_m});
-      job.plans[n].memory_bytes += formation_memory_bytes(job.options.formation, job.plans[n].acquisition);
     }
+    const std::scoped_lock lock(mutex);
+    monitor.report("planning views", n_planned += end - begin, job.views.size());
   });
 }
 
@@ -143,40 +151,24 @@ void meet_tolerance(Job& job, const Monitor& monitor) {
   job.built.notes.push_back(text + pilots + " (--error)");
 }
 
-/// 0:360:10 ends where it began: an image made twice, and in a split perhaps once on each side.
-void warn_about_repeated_azimuths(const Options& o, Console& console) {
-  std::vector<std::pair<double, double>> turned;  // within one turn, as given
-  for (const double angle : o.azimuth_deg) {
-    turned.emplace_back(angle - 360.0 * std::floor(angle / 360.0), angle);
-  }
-  std::sort(turned.begin(), turned.end());
-  const auto same = std::adjacent_find(turned.begin(), turned.end(), [](const auto& a, const auto& b) {
-    return a.first == b.first;
-  });
-  if (same == turned.end()) return;
-  char text[120];
-  std::snprintf(text, sizeof text, "--azimuth: %.10g and %.10g degrees are the same direction",
-                same->second, std::next(same)->second);
-  console.warning(text);
-}
-
 }  // namespace
 
 Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   Job job;
   job.options = options;
-  refuse_size_beyond_memory(options);
+  job.memory_limit = memory_limit(options.shared);
+  refuse_size_beyond_memory(options, job.memory_limit);
   for (const std::string& note : options.notes) console.note(note);
-  warn_about_repeated_azimuths(options, console);
+  for (const std::string& warning : options.warnings) console.warning(warning);
 
   const Stopwatch loading;
   std::optional<Volume> volume;
   if (options.volume()) {
-    LoadedVolume loaded = load_volume(options, load_options(options, monitor), console);
+    LoadedVolume loaded = load_volume(options, load_options(options, job.memory_limit, monitor), console);
     job.scene = std::make_unique<const Scene>(std::move(loaded.scene));
     volume = std::move(loaded.volume);
   } else {
-    job.scene = std::make_unique<const Scene>(load_scene(options.scene, load_options(options, monitor)));
+    job.scene = std::make_unique<const Scene>(load_scene(options.scene, load_options(options, job.memory_limit, monitor)));
   }
   job.times.load_s = loading.seconds();
   job.options.indirect_inputs = job.scene->report.files;
@@ -187,15 +179,16 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   job.reference_height_m = reference_height_m(options, *job.scene);
   job.views = poses(options);
   set_size(job);
-  tell_size(job, console);
   job.border = border_of(job.options);
   refuse_scene_beyond_memory(job);
+  tell_size(job, console);
   monitor.check();
 
   const Stopwatch building;
-  job.built = build_engine(options, *job.scene, std::move(volume), console, monitor);
+  job.built = build_engine(options, *job.scene, std::move(volume), job.memory_limit, console, monitor);
   job.times.build_s = building.seconds();
   for (const std::string& warning : job.built.engine->warnings()) console.warning(warning);
+  for (const std::string& warning : unused_options(job)) console.warning(warning);
 
   const Stopwatch planning;
   if (options.tolerance) meet_tolerance(job, monitor);

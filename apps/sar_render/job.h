@@ -8,6 +8,7 @@
 #include "console.h"
 #include "engine_choice.h"
 #include "formation.h"
+#include "memory_limit.h"
 #include "options.h"
 #include "recipe.h"
 #include "sarnerf/core/monitor.h"
@@ -38,6 +39,7 @@ struct Job {
   std::optional<ToleranceChoice> tolerance;  ///< what --error led to
   std::vector<ViewPlan> plans;      ///< one per view, each of an image wider by `border` on every side
   Border border;                    ///< zero unless there is an impulse response
+  MemoryLimit memory_limit;         ///< from before anything was loaded
   std::uint64_t memory_bytes = 0;   ///< expected at the peak
   int n_views_at_once = 1;
   PreparationTimes times;

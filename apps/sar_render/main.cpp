@@ -34,7 +34,7 @@ void run(const Options& options, Console& console) {
   if (options.explain) console.asked_for(explain(job, output_text(options)));
   const std::string result = options.sweep() ? write_sweep(job, request, total, console, monitor)
                                              : write_single_view(job, request, total, console, monitor);
-  if (options.shared.verbosity >= 0) print_result(result);
+  print_result(result);
 }
 
 }  // namespace

@@ -1,23 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "memory_limit.h"
 #include "options.h"
 
 namespace sarnerf::app {
 
 struct Job;
 
-// The memory that a job is expected to take, against --max-memory. Each throws UsageError, saying what
+// The memory that a job is expected to take, against what it may (memory_limit.h). Each throws UsageError, saying what
 // is needed and what would fit, before anything of that size is allocated.
 
 /// What of a limit (0: none) is left for voxels beside the program itself.
 std::uint64_t memory_for_volume(std::uint64_t limit_bytes);
 
-/// The same for making voxels, of which a small size asks for any amount: without a limit, what the machine has.
-std::uint64_t memory_for_voxelising(std::uint64_t limit_bytes);
-
 /// Before the scene is loaded: images of the size asked for.
-void refuse_size_beyond_memory(const Options& options);
+void refuse_size_beyond_memory(const Options& options, const MemoryLimit& limit);
 
 /// Before the engine is built: scene, engine and images of the framed size.
 void refuse_scene_beyond_memory(const Job& job);

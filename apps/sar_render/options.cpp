@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "options.h"
 
+#include <cmath>
 #include <limits>
+#include <map>
 
 #include "command_line.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "values.h"
 #include "view_angles.h"
 
@@ -119,6 +122,27 @@ std::vector<double> resolve_incidence_deg(const Texts& t) {
   return incidences_deg(t.pitch, t.depression);
 }
 
+/// A direction given twice, as by 0:360:10, would be an image made twice, and in a split perhaps one on each side.
+void drop_repeated(const std::string& option, std::vector<double>& angles_deg, std::vector<std::string>& warnings) {
+  std::map<double, double> kept;  // within one turn, as given
+  std::size_t n_dropped = 0;
+  std::string example;
+  std::erase_if(angles_deg, [&](double angle) {
+    const auto [same, fresh] = kept.emplace(angle - 360.0 * std::floor(angle / 360.0), angle);
+    if (!fresh && n_dropped++ == 0) {
+      const bool depression = option == "--depression";
+      example = format("%.10g and %.10g degrees are the same direction", depression ? 90.0 - same->second : same->second,
+                       depression ? 90.0 - angle : angle);
+    }
+    return !fresh;
+  });
+  if (n_dropped == 0) return;
+  warnings.push_back(option + ": " + example + "; it is taken once" +
+                     (n_dropped == 1   ? ""
+                      : n_dropped == 2 ? ", and so is 1 other"
+                                       : ", and so are " + counted(n_dropped - 1, "other")));
+}
+
 template <class Value, class Parse>
 std::optional<Value> unless_auto(const std::string& text, Parse parse) {
   if (text == "auto") return std::nullopt;
@@ -149,9 +173,12 @@ ImageFormation resolve_formation(const Texts& t, const std::pair<double, double>
 Options resolve(const Texts& t, const CommandLine& command, bool altitude_given) {
   Options o;
   o.shared = command.shared_options();
+  o.given = command.given();
   o.scene = t.scene;
   o.incidence_deg = resolve_incidence_deg(t);
   o.azimuth_deg = parse_angles_deg("--azimuth", t.azimuth);
+  drop_repeated(t.depression.empty() ? "--pitch" : "--depression", o.incidence_deg, o.warnings);
+  drop_repeated("--azimuth", o.azimuth_deg, o.warnings);
   for (const auto& [option, text] : {std::pair("--pitch", &t.pitch), std::pair("--depression", &t.depression),
                                      std::pair("--azimuth", &t.azimuth)}) {
     const std::string note = text->empty() ? std::string() : unmet_end(option, *text);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,6 +61,8 @@ struct Options {
   bool explain = false;
   bool dry_run = false;
 
+  std::set<std::string> given;        ///< long names of the options that the user gave, here or in a file
+  std::vector<std::string> warnings;  ///< what was left out of them, one line each
   std::vector<std::string> notes;  ///< what the user should know about these options, one line each
 
   SharedOptions shared;

@@ -63,7 +63,8 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   products.trace_and_deposit_s = rendered.trace_and_deposit_s;
   products.warnings = std::move(rendered.warnings);
   const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
-  if (!tolerant.met) {
+  // Where the error is not known, the engine has said so.
+  if (!tolerant.met && !std::isnan(rendered.error.relative)) {
     char text[160];
     std::snprintf(text, sizeof text, "the error is about %.2g %% after %zu renders, above the %.2g %% of --error",
                   100.0 * rendered.error.relative, tolerant.steps.size(), 100.0 * *job.options.tolerance);
@@ -87,9 +88,9 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
                                            job.reference_height_m, monitor) - job.border.range;
     image = without_border(std::move(image), job.border);
     if (n_without_noise > 0) {
-      products.warnings.push_back("the nearest " + std::to_string(n_without_noise) +
-                                  " range bins lie above the reference plane's nadir, where sigma0 and with "
-                                  "it the noise level do not exist: they have no noise");
+      products.warnings.push_back((n_without_noise == 1 ? "the nearest range bin lies" : "the nearest " + std::to_string(n_without_noise) + " range bins lie") +
+                                  " above the reference plane's nadir, where sigma0 and with "
+                                  "it the noise level do not exist: no noise is there");
     }
     products.formation_s = forming.seconds();
   }
@@ -103,10 +104,10 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   const Stopwatch encoding;
   const int n_bins = calibrate(image, acquisition, job.reference_height_m, job.options.calibration);
   if (n_bins > 0) {
-    products.warnings.push_back("the nearest " + std::to_string(n_bins) +
-                                " range bins lie above the reference plane's nadir, where " +
+    products.warnings.push_back((n_bins == 1 ? "the nearest range bin lies" : "the nearest " + std::to_string(n_bins) + " range bins lie") +
+                                " above the reference plane's nadir, where " +
                                 std::string(name(job.options.calibration)) +
-                                " does not exist: they are zero");
+                                " does not exist: zero stands there");
   }
   if (job.options.quantity == Quantity::amplitude) take_amplitude(image);
   require_finite(image, job.views[n]);

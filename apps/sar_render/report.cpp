@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "process.h"
+#include "sarnerf/core/format.h"
 #include "version.h"
 
 namespace sarnerf::app {
@@ -14,7 +15,11 @@ namespace sarnerf::app {
 void add(const Products& products, RunFigures& figures) {
   ++figures.n_rendered;
   figures.n_hits += products.n_hits;
-  if (!std::isnan(products.sampling.error)) figures.errors.push_back(products.sampling.error);
+  if (std::isnan(products.sampling.error)) {
+    ++figures.n_unknown_errors;
+  } else {
+    figures.errors.push_back(products.sampling.error);
+  }
   figures.n_repeated += products.sampling.n_renders - 1;
   figures.trace_and_deposit_s += products.trace_and_deposit_s;
   figures.formation_s += products.formation_s;
@@ -22,7 +27,8 @@ void add(const Products& products, RunFigures& figures) {
 }
 
 std::string error_line(const RunFigures& figures) {
-  if (figures.errors.empty()) return "";
+  const std::size_t n_unknown = figures.n_unknown_errors;
+  if (figures.errors.empty()) return n_unknown > 0 ? "the error cannot be estimated" : "";
   const auto [least, most] = std::minmax_element(figures.errors.begin(), figures.errors.end());
   char text[160];
   if (figures.errors.size() == 1) {
@@ -31,15 +37,16 @@ std::string error_line(const RunFigures& figures) {
     std::snprintf(text, sizeof text, "error about %.2g to %.2g %% of the images' norms, by their own estimates",
                   100.0 * *least, 100.0 * *most);
   }
+  if (n_unknown > 0) return text + ("; that of " + counted(n_unknown, "view")) + " cannot be estimated";
   return text;
 }
 
 std::string summary(const RunFigures& figures) {
   char text[240];
   std::snprintf(text, sizeof text,
-                "rendered %zu view%s in %.3g s: tracing and deposit %.3g s, image formation %.3g s, encoding "
+                "rendered %s in %.3g s: tracing and deposit %.3g s, image formation %.3g s, encoding "
                 "%.3g s, writing %.3g s (summed over views)",
-                figures.n_rendered, figures.n_rendered == 1 ? "" : "s", figures.total_s,
+                counted(figures.n_rendered, "view").c_str(), figures.total_s,
                 figures.trace_and_deposit_s, figures.formation_s, figures.encode_s, figures.write_s);
   return text;
 }
@@ -60,13 +67,16 @@ std::string report_text(const Job& job, const RunFigures& figures) {
     j["voxels"] = {{"size_m", job.built.voxel_size_m}, {"occupied", job.built.n_voxels}};
   }
   j["rays"] = {{"grid", n_grid}, {"kept", n_kept}, {"hits", figures.n_hits}};
-  if (!figures.errors.empty()) {
+  if (figures.errors.empty() && figures.n_unknown_errors > 0) {
+    j["error_estimate"] = nullptr;
+  } else if (!figures.errors.empty()) {
     std::vector<double> errors = figures.errors;
     std::sort(errors.begin(), errors.end());
     j["error_estimate"] = {{"least", errors.front()},
                            {"median", errors[errors.size() / 2]},
                            {"most", errors.back()},
                            {"is", "norm of the image's error over its norm, before speckle and noise"}};
+    if (figures.n_unknown_errors > 0) j["error_estimate"]["views_unknown"] = figures.n_unknown_errors;
     if (job.options.tolerance) {
       j["error_estimate"]["asked"] = *job.options.tolerance;
       j["error_estimate"]["renders_repeated"] = figures.n_repeated;

@@ -15,6 +15,7 @@ struct RunFigures {
   std::size_t n_reused = 0;  ///< views finished by an earlier run
   std::uint64_t n_hits = 0;
   std::vector<double> errors;        ///< estimated, of each view rendered that knows
+  std::size_t n_unknown_errors = 0;  ///< views rendered that do not
   std::size_t n_repeated = 0;        ///< renders beyond one a view, for --error
   double trace_and_deposit_s = 0.0;  ///< summed over views
   double formation_s = 0.0;
@@ -26,7 +27,7 @@ struct RunFigures {
 /// Takes what one view gave.
 void add(const Products& products, RunFigures& figures);
 
-/// "error about 0.66 %", of all views rendered; empty when none knows.
+/// "error about 0.66 %", of all views rendered, and how many do not know theirs; empty before any is.
 std::string error_line(const RunFigures& figures);
 
 /// One line for people.

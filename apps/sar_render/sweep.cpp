@@ -10,6 +10,7 @@
 #include "report.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/input_file.h"
 #include "sweep_folder.h"
 #include "sweep_place.h"
@@ -54,8 +55,8 @@ bool file_holds(const std::filesystem::path& path, const std::string& text) {
 }
 
 std::string progress_text(const SweepRun& run) {
-  return std::to_string(run.n_finished()) + " of " + std::to_string(run.finished().size()) +
-         " views are finished; the same command continues";
+  return std::to_string(run.n_finished()) + " of " + counted(run.finished().size(), "view") +
+         (run.n_finished() == 1 ? " is" : " are") + " finished; the same command continues";
 }
 
 }  // namespace
@@ -78,26 +79,20 @@ std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, C
   make_folder(folder.path());
   const FolderLock lock(folder.path());
   folder.remove_temporary_files();
-  const auto found = read_recipe(folder.recipe());
-  if (found && !job.options.overwrite) {
-    const std::string differs = difference(*found, recipe);
-    if (!differs.empty()) refuse_place(folder.path(), differs);
-  } else {
-    folder.clear();
-    write_file_atomically(folder.recipe(), recipe_text(recipe));
-  }
+  take_sweep_place(folder, recipe, job.options.overwrite);
   folder.create(!job.options.layers.empty());
 
   SweepRun run(job, folder);
   const std::size_t n_views = job.views.size(), n_before = run.n_finished();
   const auto manifest = [&] { return manifest_of(job, recipe, run.finished(), run.display()); };
   if (n_before == n_views && file_holds(folder.manifest(), manifest())) {
-    console.note("already done: all " + std::to_string(n_views) +
-                 " views of the same recipe are there, nothing was rendered");
+    console.note("already done: all " + counted(n_views, "view") +
+                 " of the same recipe are there, nothing was rendered");
     return result;
   }
   if (n_before > 0) {
-    console.note("continuing: " + std::to_string(n_before) + " of " + std::to_string(n_views) + " views are there");
+    console.note("continuing: " + std::to_string(n_before) + " of " + counted(n_views, "view") +
+                 (n_before == 1 ? " is there" : " are there"));
   }
 
   RunFigures figures;
@@ -115,7 +110,7 @@ std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, C
   write_file_atomically(folder.report(), report_text(job, figures), Durability::process);
   write_file_atomically(folder.manifest(), manifest());
   const std::string error = error_line(figures);
-  console.note("finished: " + std::to_string(n_views) + " views" + (error.empty() ? "" : "; " + error));
+  console.note("finished: " + counted(n_views, "view") + (error.empty() ? "" : "; " + error));
   return result;
 }
 

@@ -5,6 +5,8 @@
 #include <cctype>
 #include <vector>
 
+#include "sarnerf/core/format.h"
+
 namespace sarnerf::app {
 namespace {
 
@@ -36,11 +38,11 @@ void WarningList::print(Console& console) const {
   std::size_t n = 0;
   for (const Entry* entry : by_view) {
     char place[120];
-    std::snprintf(place, sizeof place, "%zu view%s, first at incidence %.6g, azimuth %.6g deg: ",
-                  entry->n_views, entry->n_views == 1 ? "" : "s", entry->incidence_deg, entry->azimuth_deg);
+    std::snprintf(place, sizeof place, "%s, first at incidence %.6g, azimuth %.6g deg: ",
+                  counted(entry->n_views, "view").c_str(), entry->incidence_deg, entry->azimuth_deg);
     console.warning(place + entry->text);
     if (++n == kMostLines && by_view.size() > kMostLines) {
-      console.warning("and " + std::to_string(by_view.size() - kMostLines) + " kinds of warnings more");
+      console.warning("and " + counted(by_view.size() - kMostLines, "kind") + " of warnings more");
       break;
     }
   }

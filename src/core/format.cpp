@@ -19,4 +19,16 @@ std::string format(const char* pattern, ...) {
   return text;
 }
 
+std::string with_thousands(std::uint64_t count) {
+  std::string digits = std::to_string(count);
+  for (std::size_t n = digits.size(); n > 3; n -= 3) digits.insert(n - 3, ",");
+  return digits;
+}
+
+std::string counted(std::uint64_t count, std::string_view singular, std::string_view plural) {
+  std::string text = with_thousands(count) + " ";
+  if (count == 1) return text.append(singular);
+  return plural.empty() ? text.append(singular).append("s") : text.append(plural);
+}
+
 }  // namespace sarnerf

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 
 namespace sarnerf {
 namespace {
@@ -34,7 +35,7 @@ Kernel make_kernel(const Window& window, double resolution_m, double spacing_m) 
   const auto positive = [](double value) { return std::isfinite(value) && value > 0.0; };
   if (!positive(resolution_m) || !positive(spacing_m)) {
     throw UsageError("an impulse response needs a resolution and a spacing above zero, found " +
-                     std::to_string(resolution_m) + " and " + std::to_string(spacing_m) + " m");
+                     format("%.6g and %.6g m", resolution_m, spacing_m));
   }
   const Taper taper(window);
   const double step = taper.broadening() * spacing_m / resolution_m;  // in units of 1/B

@@ -9,6 +9,7 @@
 
 #include "same_size.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 
 namespace sarnerf {
 namespace {
@@ -74,7 +75,7 @@ double log_amplitude_error_db(const Image<float>& power, const Image<float>& ref
   if (power.pixels().empty()) throw UsageError("images without pixels have no error");
   if (!(peak > 0.0 && range_db > 0.0)) {
     throw UsageError("decibels below a peak need a positive peak and range; they are " +
-                     std::to_string(peak) + " and " + std::to_string(range_db) + " dB");
+                     format("%.6g and %.6g dB", peak, range_db));
   }
   const double floor = std::pow(10.0, -0.1 * range_db);
   const auto level_db = [&](float p) { return 10.0 * std::log10(std::max(double(p) / peak, floor)); };

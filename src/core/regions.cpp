@@ -8,6 +8,7 @@
 
 #include "same_size.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/gaussian_blur.h"
 
 namespace sarnerf {
@@ -25,7 +26,7 @@ double median(std::span<const float> pixels) {
 std::optional<Regions> find_regions(const Image<float>& power, const RegionRule& rule) {
   if (!(rule.target_db > 0.0 && rule.shadow_db > 0.0)) {
     throw UsageError("target and shadow lie some decibels above and below the background; the rule says " +
-                     std::to_string(rule.target_db) + " and " + std::to_string(rule.shadow_db));
+                     format("%.6g and %.6g", rule.target_db, rule.shadow_db));
   }
   if (power.pixels().empty()) return std::nullopt;
   const Image<float> blurred = gaussian_blur(power, rule.blur_pixels);

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "codec.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <mutex>
 #include <opencv2/core/utils/logger.hpp>
+#include <utility>
 
 #include "image_header.h"
 #include "sarnerf/core/error.h"
@@ -14,6 +19,47 @@ void silence_opencv() {
   static const auto previous = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   (void)previous;
 }
+
+/// The PNG and JPEG libraries behind OpenCV print what they think of a file to stderr, in words of their own, and OpenCV
+/// gives no way to stop them. While one of these objects lives, file descriptor 2 leads nowhere; threads share the time.
+/// Programs that would lose messages of their own write to a copy of it (apps/common/console.h).
+class SilentStderr {
+ public:
+  SilentStderr() {
+    const std::scoped_lock lock(mutex());
+    if (n_alive()++ > 0) return;
+#ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION  // there, what sanitizers find must be seen
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere < 0) return;
+    saved() = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    if (saved() >= 0) ::dup2(nowhere, STDERR_FILENO);
+    ::close(nowhere);
+#endif
+  }
+  ~SilentStderr() {
+    const std::scoped_lock lock(mutex());
+    if (--n_alive() > 0 || saved() < 0) return;
+    ::dup2(saved(), STDERR_FILENO);
+    ::close(std::exchange(saved(), -1));
+  }
+  SilentStderr(const SilentStderr&) = delete;
+  SilentStderr& operator=(const SilentStderr&) = delete;
+
+ private:
+  // A process has one stderr.
+  static std::mutex& mutex() {
+    static std::mutex one;
+    return one;
+  }
+  static int& n_alive() {
+    static int n = 0;
+    return n;
+  }
+  static int& saved() {
+    static int fd = -1;
+    return fd;
+  }
+};
 
 }  // namespace
 
@@ -41,6 +87,7 @@ cv::Mat decode(std::span<const std::byte> bytes, const std::string& where) {
                         const_cast<std::byte*>(bytes.data()));
   cv::Mat mat;
   try {
+    const SilentStderr silent;
     mat = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception& e) {
     throw InputError(where + ": the image cannot be decoded: " + e.err);

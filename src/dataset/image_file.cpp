@@ -7,6 +7,7 @@
 #include <string>
 
 #include "codec.h"
+#include "image_header.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/input_file.h"
 
@@ -14,8 +15,7 @@ namespace sarnerf {
 namespace {
 
 std::string read_bytes(const std::filesystem::path& path) {
-  // The decoder counts bytes as int.
-  if (regular_file_size(path) > std::uint64_t(std::numeric_limits<int>::max())) {
+  if (regular_file_size(path) > kMostImageFileBytes) {
     throw InputError(path.string() + ": expected an image below 2 GiB");
   }
   return read_whole_file(path);
@@ -64,6 +64,13 @@ std::vector<std::byte> tiff_of(const Image<T>& image, int type) {
 std::vector<std::byte> encode_tiff(const Image<float>& image) { return tiff_of(image, CV_32FC1); }
 
 std::vector<std::byte> encode_tiff(const Image<std::uint8_t>& image) { return tiff_of(image, CV_8UC1); }
+
+ImageSize read_image_size(const std::filesystem::path& path) {
+  const std::string bytes = read_bytes(path);
+  const ImageHeader header = read_image_header(std::as_bytes(std::span(bytes)), path.string());
+  require_plausible(header, bytes.size(), path.string());
+  return {header.n_rows, header.n_columns, header.n_bytes};
+}
 
 Image<float> read_image(const std::filesystem::path& path) {
   const std::string bytes = read_bytes(path);

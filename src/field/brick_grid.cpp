@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 
 namespace sarnerf {
 namespace {
@@ -17,7 +18,7 @@ void validate_view(const BrickView<const T>& grid) {
   }
   if (!(grid.transform.voxel_size_m > 0.0) || !std::isfinite(grid.transform.voxel_size_m)) {
     throw UsageError("a grid's voxel size must be positive, found " +
-                     std::to_string(grid.transform.voxel_size_m) + " m");
+                     format("%.6g m", grid.transform.voxel_size_m));
   }
   const std::size_t expected =
       grid.topology->n_bricks() * kBrickVoxels * static_cast<std::size_t>(grid.n_channels);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 
 namespace sarnerf {
 namespace {
@@ -58,15 +59,15 @@ std::pair<double, double> extent_along(const Box& box, const Acquisition& view) 
   return {first, last};
 }
 
-int pixels_for(double half_m, double spacing_m) {
+int pixels_for(const Scene& scene, double half_m, double spacing_m) {
   const double n = 2.0 * (std::ceil(half_m / spacing_m) + kMarginPixels);
   if (!(n <= kMaxPixels)) {
     char text[256];
     std::snprintf(text, sizeof text,
                   "holding the scene would take an image of %.3g pixels a side at %.4g m spacing; "
-                  "check --units and --scale, widen --spacing, or give --size",
+                  "widen --spacing, or give --size; ",
                   n, spacing_m);
-    throw UsageError(text);
+    throw UsageError(text + scene_size_hint(scene));
   }
   return static_cast<int>(n);
 }
@@ -96,10 +97,10 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   }
   const Acquisition& first = views.front();
   Framing framing;
-  framing.n_azimuth = pixels_for(half_along, first.azimuth_spacing_m);
+  framing.n_azimuth = pixels_for(scene, half_along, first.azimuth_spacing_m);
   // Of a scene close to the radar, the image ends where the radar is: there are no ranges below zero.
   const double most = std::max(1.0, std::ceil(2.0 * nearest_m / first.range_spacing_m) - 1.0);
-  framing.n_range = pixels_for(std::min(half_range, nearest_m), first.range_spacing_m);
+  framing.n_range = pixels_for(scene, std::min(half_range, nearest_m), first.range_spacing_m);
   const bool cut = framing.n_range > most;
   if (cut) framing.n_range = static_cast<int>(most);
   const glm::dvec3 size = scene.box.size();
@@ -113,6 +114,14 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
                 cut ? ", as far as ranges above zero allow" : "");
   framing.explanation = text;
   return framing;
+}
+
+std::string scene_size_hint(const Scene& scene) {
+  if (scene.box.empty()) return {};
+  const glm::dvec3 size_m = scene.box.size();
+  const double most_m = std::max({size_m.x, size_m.y, size_m.z});
+  const std::string length = most_m < 1000.0 ? format("%.4g m", most_m) : format("%.4g km", 1e-3 * most_m);
+  return "the scene measures " + length + ": is it in other units (--units mm, or \"units\" in a scene file)?";
 }
 
 std::string few_pixels_warning(const Scene& scene, const Acquisition& view) {

@@ -7,6 +7,7 @@
 
 #include "sarnerf/core/convolve_power.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "speckle.h"
 
 namespace sarnerf {
@@ -20,7 +21,7 @@ std::vector<double> noise_power(double nesz_db, const Acquisition& acquisition, 
   const double height_m = acquisition.altitude_m() + acquisition.aim_m.y - reference_height_m;
   if (!(height_m > 0.0)) {
     throw GeometryError("a noise level in sigma0 needs a radar above the reference plane; it stands " +
-                        std::to_string(-height_m) +
+                        format("%.6g", -height_m) +
                         " m below it: raise the altitude or lower --ground-height");
   }
   const double nesz = std::pow(10.0, nesz_db / 10.0);
@@ -37,11 +38,11 @@ std::vector<double> noise_power(double nesz_db, const Acquisition& acquisition, 
 void require_meaning(const ImageFormation& f) {
   if (!(f.looks >= 1.0) || (f.looks > kMostLooks && f.speckle())) {
     throw UsageError("--looks: expected a number from 1 to 1000, or inf for no speckle, found " +
-                     std::to_string(f.looks));
+                     format("%.6g", f.looks));
   }
   if (f.nesz_db && !(std::abs(*f.nesz_db) <= kMostNoiseDb)) {
     throw UsageError("--nesz: expected decibels between -300 and 300, found " +
-                     std::to_string(*f.nesz_db));
+                     format("%.6g", *f.nesz_db));
   }
   if (!f.resolution_m && f.window != Window{}) {
     throw UsageError("--window: a window shapes an impulse response: give its --resolution too, or leave the window " +

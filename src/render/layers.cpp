@@ -12,6 +12,8 @@ constexpr std::array<std::string_view, kNumberOfLayers> kNames{
     "ground", "wall", "roof", "other", "mask", "incidence", "elevation", "scatterers", "error"};
 
 Layer layer_from_name(std::string_view word) {
+  if (word == "all" || word == "none")
+    throw UsageError("--layers: '" + std::string(word) + "' stands alone: give it without other names, or leave it out");
   std::string known;
   for (std::size_t n = 0; n < kNumberOfLayers; ++n) {
     if (word == kNames[n]) return static_cast<Layer>(n);
@@ -46,8 +48,8 @@ Layers::Layers(const LayerSet& layers, int n_azimuth, int n_range) : set(layers)
   for (std::size_t n = 0; n < kNumberOfLayers; ++n) {
     const auto layer = static_cast<Layer>(n);
     if (layer == Layer::mask || !set.has(layer)) continue;
-    const bool mean = layer == Layer::incidence || layer == Layer::elevation;
-    values(layer) = Image<float>(n_azimuth, n_range, mean ? std::numeric_limits<float>::quiet_NaN() : 0.0f);
+    const bool unknown = layer == Layer::incidence || layer == Layer::elevation || layer == Layer::error;
+    values(layer) = Image<float>(n_azimuth, n_range, unknown ? std::numeric_limits<float>::quiet_NaN() : 0.0f);
   }
   if (set.has(Layer::mask)) mask = Image<std::uint8_t>(n_azimuth, n_range);
 }

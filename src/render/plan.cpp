@@ -86,7 +86,7 @@ void check_reach(const Scene& scene, const Acquisition& a) {
   const double finer_m = std::min(a.range_spacing_m, a.azimuth_spacing_m);
   if (reach_m <= kFarthestInPixels * finer_m) return;
   throw GeometryError(format("the scene reaches %.4g m from its centre, %.3g pixels of %.4g m; in single precision "
-                             "262144 are the limit: cut it down to what the image shows, widen --spacing, or use "
+                             "262144 are the limit: check --units and --scale, cut it down to what the image shows, widen --spacing, or use "
                              "--ground instead of a large plane",
                              reach_m, reach_m / finer_m, finer_m));
 }
@@ -94,6 +94,7 @@ void check_reach(const Scene& scene, const Acquisition& a) {
 struct KeptRays {
   std::uint64_t n = 0;
   std::uint64_t widest = 0;  ///< of any one slice
+  std::uint64_t n_rows = 0;  ///< that have any
 };
 
 /// Rays of the plan that may meet a box.
@@ -102,6 +103,7 @@ KeptRays count_rays_to(const Box& box, const ViewPlan& plan) {
   const Acquisition& a = plan.acquisition;
   const VisibleExtent extent(a, box);
   double kept = 0.0, widest = 0.0;
+  std::uint64_t n_rows = 0;
   // Every row's first slice stands for all of its slices: exact enough for a plan.
   for (int i = 0; i < a.n_azimuth; ++i) {
     const double along_m = a.row_offset_m(i);
@@ -110,9 +112,10 @@ KeptRays count_rays_to(const Box& box, const ViewPlan& plan) {
     const double n = (angles->second - angles->first) / plan.fan.step_rad + 1.0;
     const double n_in_fan = std::min(n, double(plan.fan.n_elevation));
     kept += n_in_fan * plan.n_sub_rows;
+    ++n_rows;
     widest = std::max(widest, n_in_fan);
   }
-  return {static_cast<std::uint64_t>(kept), static_cast<std::uint64_t>(widest) + 2};
+  return {static_cast<std::uint64_t>(kept), static_cast<std::uint64_t>(widest) + 2, n_rows};
 }
 
 /// The rays of a lattice of angles through the aim point that cover the extent. Anchored there and not
@@ -148,7 +151,10 @@ double spacing_across(const std::optional<std::pair<double, double>>& scene_rad,
   return std::min(spacing_m, std::max(wanted_m, finest_m));
 }
 
-void add_left_out_rays(const ViewPlan& plan, std::vector<std::string>& lines) {
+void add_left_out_of_plan(const ViewPlan& plan, std::vector<std::string>& lines) {
+  if (const std::string unknown = why_error_is_unknown(plan); !unknown.empty()) {
+    lines.push_back("the error estimate: " + unknown);
+  }
   if (plan.n_grid_rays <= plan.n_kept_rays) return;
   lines.push_back(format("%.1f %% of the ray grid: those rays miss the scene's box",
                          100.0 * double(plan.n_grid_rays - plan.n_kept_rays) /
@@ -167,7 +173,7 @@ std::vector<std::string> left_out_of_volume(const Scene& scene, const Volume& vo
                            volume.channels.harmonics_degree));
   }
   lines.push_back("empty voxels, and all behind an optical depth of 20: not sampled");
-  add_left_out_rays(plan, lines);
+  add_left_out_of_plan(plan, lines);
   return lines;
 }
 
@@ -181,7 +187,7 @@ std::vector<std::string> left_out(const Scene& scene, const ViewPlan& plan) {
     lines.push_back("rays for the ground: it is uniform, its image is known in closed form");
   }
   if (!media) lines.push_back("volume integration: all matter is opaque, first hits are enough");
-  add_left_out_rays(plan, lines);
+  add_left_out_of_plan(plan, lines);
   return lines;
 }
 
@@ -250,6 +256,7 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   const KeptRays kept = count_rays_to(scene.box, plan);
   plan.n_kept_rays = std::min(plan.n_grid_rays, kept.n);
   plan.n_widest_slice = std::min(n_elevation, kept.widest);
+  plan.n_scene_slices = kept.n_rows * static_cast<std::uint64_t>(plan.n_sub_rows);
   // By the plan alone, never by threads or memory: which slices are traced together shows in last digits.
   const auto room = static_cast<int>(kMostRaysAtOnce / std::max<std::uint64_t>(plan.n_widest_slice, 1));
   const int most = std::min(static_cast<int>(RayTracer::kRowsPerBlock), plan.n_sub_rows);
@@ -305,6 +312,19 @@ ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisi
   return plan;
 }
 
+std::string why_error_is_unknown(const ViewPlan& plan) {
+  // A ground alone has no box; its rays are those of the whole view, or none.
+  const bool ground_alone = plan.n_scene_slices == 0;
+  const std::uint64_t n_rays = ground_alone ? static_cast<std::uint64_t>(plan.fan.n_elevation) : plan.n_widest_slice;
+  const std::uint64_t n_slices = ground_alone ? std::uint64_t(plan.acquisition.n_azimuth) * static_cast<std::uint64_t>(plan.n_sub_rows)
+                                              : plan.n_scene_slices;
+  if (plan.fan.n_elevation == 0 || (n_rays >= kFewestForError && n_slices >= kFewestForError)) return {};
+  const bool rays = n_rays < kFewestForError;
+  return (rays ? counted(n_rays, "elevation ray") : counted(n_slices, "slice")) +
+         " across the scene" + ((rays ? n_rays : n_slices) == 1 ? " tells" : " tell") + " nothing of it, " + std::to_string(kFewestForError) +
+         " are needed (" + (rays ? "--elevations" : "--sub-rows") + ")";
+}
+
 void request_layers(ViewPlan& plan, const LayerRequest& request) {
   plan.layers = request;
   plan.error.map = request.layers.has(Layer::error);
@@ -319,8 +339,8 @@ void request_layers(ViewPlan& plan, const LayerRequest& request) {
 }
 
 std::uint64_t expected_engine_memory_bytes(std::uint64_t n_triangles) {
-  // Measured once: Embree's build peaks near 200 bytes a triangle, plus our copies. sar_bench speed tells the peak of a
-  // process with a million triangles.
+  // Embree's build peaks near 200 bytes a triangle, plus our copies: the process that renders a million triangles
+  // (sar_bench speed, "large_image") peaks at 248 MB, image and program included.
   return 20'000'000 + n_triangles * 240;
 }
 

@@ -60,7 +60,8 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
   }
 
   std::optional<NestedImages> nested;
-  if (plan.error.estimate) nested.emplace(plan);
+  const std::string unknown = why_error_is_unknown(plan);
+  if (plan.error.estimate && unknown.empty()) nested.emplace(plan);
   const SurfaceView view(state_->scene, plan, nested ? &*nested : nullptr);
   std::vector<SurfaceWorker> workers;
   for (int n = 0; n < thread_count(); ++n) workers.push_back(view.make_worker());
@@ -77,7 +78,8 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
 
   for (const SurfaceWorker& w : workers) out.n_hits += w.n_hits;
   if (nested) out.error = nested->estimate(out.beta0);
-  if (plan.error.map) out.layers.error = std::move(out.error.map);
+  if (nested && plan.error.map) out.layers.error = std::move(out.error.map);
+  if (plan.error.estimate && !unknown.empty()) out.warnings.push_back("the error cannot be estimated: " + unknown);
   out.trace_and_deposit_s = seconds_since(start);
   if (std::none_of(out.beta0.pixels().begin(), out.beta0.pixels().end(), [](float p) { return p > 0.0f; })) {
     out.warnings.push_back(explain_blank(state_->scene.scene, plan, BlankEvidence{out.n_hits}));

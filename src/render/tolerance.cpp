@@ -9,6 +9,7 @@
 #include <string>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 
 namespace sarnerf {
 namespace {
@@ -86,7 +87,9 @@ struct NextSampling {
 };
 
 NextSampling next_sampling(const ViewPlan& plan, const ErrorEstimate& error, double tolerance) {
-  Refinement r = fewest_rays(plan, error, tolerance);
+  // Of an error that is not known nothing can be predicted.
+  const bool known = !std::isnan(error.relative);
+  Refinement r = known ? fewest_rays(plan, error, tolerance) : Refinement{kFar, slices_at_least(kPilotStep * plan.n_sub_rows)};
   NextSampling next;
   next.trusted = std::max(r.rays, double(r.n_sub_rows) / plan.n_sub_rows) <= kTrustedStep;
   if (!next.trusted) {
@@ -105,11 +108,14 @@ constexpr double kCoarsestTolerance = 0.05;
 /// The tolerance that views are made to meet.
 double checked(double tolerance) {
   if (tolerance > 0.0 && tolerance < 1.0) return std::min(tolerance, kCoarsestTolerance);
-  throw UsageError("a tolerance must lie between 0 and 1; it is " + std::to_string(tolerance));
+  throw UsageError("a tolerance must lie between 0 and 1; it is " + format("%.6g", tolerance));
 }
 
-/// NaN, the error of a blank image, is no reason to look closer.
-bool meets(const ErrorEstimate& error, double tolerance) { return !(error.relative > kSafety * tolerance); }
+/// A blank image, whose error is not known either, is no reason to look closer; one of too few rays is.
+bool meets(const RenderedView& view, double tolerance) {
+  if (!std::isnan(view.error.relative)) return view.error.relative <= kSafety * tolerance;
+  return std::ranges::none_of(view.beta0.pixels(), [](float p) { return p > 0.0f; });
+}
 
 ToleranceStep render_step(const Engine& engine, const ViewPlan& plan, const Monitor& monitor, RenderedView& view) {
   const auto start = std::chrono::steady_clock::now();
@@ -136,7 +142,7 @@ ToleranceChoice choose_sampling(const Engine& engine, const Acquisition& acquisi
     RenderedView view;
     const ToleranceStep step = render_step(engine, plan, monitor, view);
     choice.steps.push_back(step);
-    if (meets(view.error, tolerance)) {
+    if (meets(view, tolerance)) {
       choice.met = TolerantView{std::move(view), std::move(plan), true, {step}};
       return choice;
     }
@@ -156,7 +162,7 @@ TolerantView render_to_tolerance(const Engine& engine, const ViewPlan& plan, dou
   for (;;) {
     out.steps.push_back(render_step(engine, out.plan, monitor, out.view));
     const ErrorEstimate& error = out.view.error;
-    out.met = meets(error, tolerance);
+    out.met = meets(out.view, tolerance);
     if (out.met || out.steps.size() == kMostAttempts) return out;
     ViewPlan again = engine.plan(plan.acquisition, next_sampling(out.plan, error, tolerance).sampling);
     request_layers(again, plan.layers);

@@ -7,16 +7,6 @@
 #include <cstdio>
 
 namespace sarnerf {
-std::string with_thousands(std::uint64_t count) {
-  std::string digits = std::to_string(count);
-  for (std::size_t n = digits.size(); n > 3; n -= 3) digits.insert(n - 3, ",");
-  return digits;
-}
-
-std::string counted(std::uint64_t count, std::string_view singular, std::string_view plural) {
-  return with_thousands(count) + " " + std::string(count == 1 ? singular : plural);
-}
-
 std::string human_bytes(std::uint64_t bytes) {
   constexpr std::array kUnits = {"B", "kB", "MB", "GB", "TB"};
   double value = static_cast<double>(bytes);

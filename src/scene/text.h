@@ -6,16 +6,11 @@
 #include <string>
 #include <string_view>
 
+#include "sarnerf/core/format.h"      // counted()
 #include "sarnerf/core/input_text.h"  // in_quotes()
 
 /// Wording shared by notes, warnings and errors.
 namespace sarnerf {
-
-/// 1234567 → "1,234,567".
-std::string with_thousands(std::uint64_t count);
-
-/// "1 face", "2,000 faces".
-std::string counted(std::uint64_t count, std::string_view singular, std::string_view plural);
 
 /// 1500000000 → "1.5 GB"; decimal units, three digits at most.
 std::string human_bytes(std::uint64_t bytes);

@@ -45,3 +45,24 @@ TEST_CASE("sar_bench does not replace what it measures, and says so before it me
   CHECK(sar_bench({"accuracy", "absent.obj"}, here).code == 3);
   CHECK(folder.contents() == before);
 }
+
+TEST_CASE("sar_bench --dry-run says what it would measure, and measures nothing") {
+  const SceneFolder folder;
+  const auto before = folder.contents();
+  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Outcome speed = sar_bench({"speed", "box.obj", "--dry-run", "--json", "r.json", "--rounds", "7"}, here);
+  CHECK(speed.code == 0);
+  for (const char* piece : {"plan\n", "study      speed", "scene      box.obj", "7 of each contender", "360-view sweeps", "output     r.json"})
+    CHECK(has(speed.out, piece));
+  CHECK(has(sar_bench({"speed", "--quick", "--dry-run"}, here).out, "generated spheres"));
+  CHECK_FALSE(has(sar_bench({"speed", "--quick", "--dry-run"}, here).out, "sweeps"));
+  CHECK(has(sar_bench({"accuracy", "box.obj", "--dry-run", "--pitch", "30"}, here).out, "incidence 30 deg"));
+  CHECK(has(sar_bench({"voxel", "box.obj", "--dry-run"}, here).out, "study      voxel"));
+  CHECK(sar_bench({"accuracy", "absent.obj", "--dry-run"}, here).code == 3);
+  const Outcome loop = sar_bench({"extraction", "box.obj", "--views", "12,36x11", "--time", "2s", "--seeds", "3", "--dry-run"}, here);
+  INFO(loop.err);
+  CHECK(loop.code == 0);
+  CHECK(has(loop.out, "views      12, 36x11"));
+  CHECK(has(loop.out, "6 runs"));
+  CHECK(folder.contents() == before);
+}

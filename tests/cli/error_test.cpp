@@ -76,3 +76,25 @@ TEST_CASE("--error is refused where it means nothing") {
   CHECK(is_error_line(folder.run(with({"--error", "1%", "--engine", "voxel"})).err, "--engine voxel"));
   CHECK(folder.contents() == before);
 }
+
+TEST_CASE("an error that cannot be estimated is said to be so, and null in the report") {
+  const SceneFolder folder;
+  for (const char* engine : {"surface", "voxel"}) {
+    for (const char* rays : {"1", "2", "5"}) {
+      const std::string name = std::string(engine) + rays;
+      const Outcome outcome = folder.run(with({"--elevations", rays, "--engine", engine, "-o", name, "--layers", "error"}));
+      INFO(name << ": " << outcome.err);
+      REQUIRE(outcome.code == 0);
+      CHECK(has(outcome.err, "warning: the error cannot be estimated: "));
+      CHECK(has(outcome.err, "6 are needed (--elevations)"));
+      CHECK(has(outcome.err, "the error cannot be estimated\n"));
+      CHECK_FALSE(has(outcome.err, "error about"));
+      CHECK(json(folder / (name + ".report.json"))["error_estimate"].is_null());
+    }
+  }
+  const Outcome slices = folder.run({"box.obj", "--pitch", "50", "--size", "4x48", "--spacing", "0.15", "--sub-rows", "1", "-o", "rows"});
+  CHECK(has(slices.err, "6 are needed (--sub-rows)"));
+  const Outcome plan = folder.run(with({"--elevations", "1", "--dry-run"}));
+  CHECK(has(plan.out, "the error estimate: 1 elevation ray across the scene tells"));
+  CHECK(folder.run(with({"--elevations", "6", "-o", "six"})).err.find("cannot be estimated") == std::string::npos);
+}

@@ -2,6 +2,7 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "catch.h"
 #include "program.h"
@@ -159,7 +160,7 @@ TEST_CASE("a disk that fills up: exit code 1, nothing half-written") {
                  {folder.path(), 10000, {}, {}, {}});
   CHECK(sweep.code == 1);
   CHECK(is_error_line(sweep.err, ".tif"));
-  CHECK(folder.contents("s").size() == 1);  // the recipe, with which the same command continues
+  CHECK(folder.contents("s").size() == 2);  // the recipe and its checksum, with which the same command continues
 
   const Outcome again =
       folder.run({"box.obj", "--pitch", "45", "--azimuth", "0:90:10", "--size", "64x64", "-q", "-o", "s"});
@@ -190,8 +191,80 @@ TEST_CASE("more memory than allowed: exit code 2, saying what would fit") {
   CHECK(rays.code == 2);
   CHECK(is_error_line(rays.err, "--max-memory"));
   CHECK(rays.err.find("fewer --elevations") != std::string::npos);
+  const Outcome alone = folder.run({"box.obj", "--pitch", "45", "--size", "64x64", "--elevations",
+                                    "100000000", "--max-memory", "1G", "-q", "--threads", "1"});
+  CHECK(is_error_line(alone.err, "on 1 thread needs"));
+  CHECK(alone.err.find("fewer --threads") == std::string::npos);
+  CHECK(alone.err.find("or --threads") == std::string::npos);
   const Outcome program = folder.run({"box.obj", "--pitch", "45", "--max-memory", "1M", "-q"});
   CHECK(program.code == 2);
   CHECK(is_error_line(program.err, "--max-memory"));
   CHECK(folder.contents() == before);
+}
+
+TEST_CASE("what the machine does not have is refused before the work, without --max-memory too") {
+  const SceneFolder folder;
+  write_text(folder / "mm.obj", "v -5000 0 -5000\nv 5000 0 -5000\nv 5000 0 5000\nv -5000 0 5000\nv -5000 10000 -5000\n"
+                                "v 5000 10000 -5000\nv 5000 10000 5000\nv -5000 10000 5000\n"
+                                "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n");
+  const auto before = folder.contents();
+  // 10 m in millimetres: two thousand million pixels, which no reader takes, whatever the machine has.
+  for (const char* more : {"-q", "--dry-run", "--explain", "--overwrite"}) {
+    const Outcome cube = folder.run({"mm.obj", "--pitch", "45", more});
+    INFO(cube.err);
+    CHECK(cube.code == 2);
+    CHECK(cube.err.find("the scene measures 10 km") != std::string::npos);
+    CHECK(cube.err.find("--units mm") != std::string::npos);
+  }
+  CHECK(folder.run({"mm.obj", "--pitch", "45", "--max-memory", "none", "-q"}).code == 2);
+  CHECK(folder.run({"mm.obj", "--pitch", "45", "--units", "mm", "--dry-run"}).code == 0);
+  // A size that was asked for is nobody's unit.
+  const Outcome size = folder.run({"box.obj", "--pitch", "45", "--size", "60000x60000", "-q"});
+  INFO(size.err);
+  CHECK(size.code == 2);
+  CHECK(size.err.find("would fit") + size.err.find("are possible") != 2 * std::string::npos);
+  CHECK(size.err.find("units") == std::string::npos);
+  // Every product counts: what fits alone does not with all layers, with speckle, or nine times over in a sweep.
+  const std::vector<std::string> base = {"box.obj", "--pitch", "45", "--size", "4000x4000", "-q", "--dry-run", "--threads", "1",
+                                         "--max-memory", "500M"};
+  const auto with = [&](std::initializer_list<const char*> more) {
+    std::vector<std::string> all = base;
+    all.insert(all.end(), more.begin(), more.end());
+    return folder.run(all);
+  };
+  CHECK(with({}).code == 0);
+  for (const auto& more : {std::initializer_list<const char*>{"--layers", "all"},
+                           {"--looks", "1", "--nesz", "-20", "--resolution", "1"},
+                           {"--azimuth", "0:350:10"}}) {
+    const Outcome refused = with(more);
+    INFO(*more.begin() << ": " << refused.err);
+    CHECK(refused.code == 2);
+    CHECK(is_error_line(refused.err, "--max-memory allows 500 MiB"));
+  }
+  CHECK(folder.contents() == before);
+}
+
+TEST_CASE("the memory that is announced is what is taken: not less, and not half as much again") {
+  const SceneFolder folder;
+  const auto expected_over_peak = [&](std::vector<std::string> arguments, const char* report) {
+    arguments.insert(arguments.begin(), {"box.obj", "--pitch", "45", "--spacing", "0.01", "-q", "--threads", "1", "-o", "m"});
+    REQUIRE(folder.run(arguments).code == 0);
+    const auto memory = nlohmann::json::parse(read_text(folder / report)).at("memory_bytes");
+    std::filesystem::remove_all(folder / "m");
+    for (const char* ending : {"m.tif", "m.json", "m.png"}) std::filesystem::remove(folder / ending);
+    return memory.at("expected").get<double>() / memory.at("peak").get<double>();
+  };
+  const std::vector<std::pair<std::vector<std::string>, const char*>> renders = {
+      {{"--size", "3000x3000"}, "m.report.json"},
+      {{"--size", "2000x2000", "--ground", "grass", "--layers", "all", "--overwrite"}, "m.report.json"},
+      {{"--size", "3000x3000", "--looks", "1", "--nesz", "-20", "--ground", "grass", "--overwrite"}, "m.report.json"},
+      {{"--size", "3000x3000", "--resolution", "0.03", "--overwrite"}, "m.report.json"},
+      {{"--size", "3000x3000", "--error", "5%", "--overwrite"}, "m.report.json"},
+      {{"--size", "1500x1500", "--azimuth", "0:330:30"}, "m/dataset.report.json"}};
+  for (const auto& [arguments, report] : renders) {
+    const double ratio = expected_over_peak(arguments, report);
+    INFO(arguments.size() << " arguments, last " << arguments.back());
+    CHECK(ratio > 0.97);
+    CHECK(ratio < 1.5);
+  }
 }

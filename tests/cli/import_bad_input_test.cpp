@@ -3,6 +3,7 @@
 
 #include "catch.h"
 #include "chip_folder.h"
+#include "sarnerf/dataset/display.h"
 
 using namespace sarnerf;
 
@@ -119,10 +120,37 @@ TEST_CASE("what is not known or does not fit is a matter of usage", "[import]") 
   refused(folder, {"mstar", "chips", "--crop", "64x64", "-o", "out"}, 3,
           "a.000: 10 x 12 pixels (azimuth x range) cannot be");
   refused(folder, {"mstar", "chips", "--max-memory", "1M", "-o", "out"}, 2,
-          "more than --max-memory");
+          "--max-memory allows 1 MiB");
   refused(folder, {"images", "pictures", "--spacing", "0.2", "-o", "out"}, 2,
           "give one, such as --depression 17");
   refused(folder, {"images", "pictures", "--depression", "17", "-o", "out"}, 2, "give --spacing");
   refused(folder, {"images", "pictures", "--amplitude-scale", "4/0"}, 2, "--amplitude-scale");
   refused(folder, {"phoenix", "chips", "-o", "out"}, 3, "the manifest cannot be opened");
+}
+
+TEST_CASE("pictures that take more memory than there is are refused by their headers", "[import]") {
+  const ChipFolder folder;
+  // 64 million pixels in a few hundred kilobytes.
+  folder.write("pictures/10.0_a.png", encode_png(Image<std::uint8_t>(8000, 8000)));
+  const std::vector<std::string> command = {"images", "pictures", "--depression", "17", "--spacing", "0.2", "-o", "out"};
+  auto limited = command;
+  limited.insert(limited.end(), {"--max-memory", "500M"});
+  refused(folder, limited, 2, "10.0_a.png: about ");
+  refused(folder, limited, 2, "--max-memory allows 500 MiB; use smaller images");
+  limited.push_back("--dry-run");
+  refused(folder, limited, 2, "--max-memory allows 500 MiB");
+}
+
+TEST_CASE("a damaged picture is told in one line", "[import]") {
+  const ChipFolder folder;
+  Image<std::uint8_t> levels(40, 40);
+  for (int n = 0; n < 1600; ++n) levels.pixels()[static_cast<std::size_t>(n)] = static_cast<std::uint8_t>(n * 37);
+  auto bytes = encode_png(levels);
+  for (std::size_t n = bytes.size() / 2; n < bytes.size() / 2 + 8; ++n) bytes[n] ^= std::byte{0x5a};
+  folder.write("pictures/10.0_a.png", bytes);
+  const Outcome outcome = folder.run({"images", "pictures", "--depression", "17", "--spacing", "0.2", "-o", "out"});
+  INFO(outcome.err);
+  CHECK(outcome.code == 3);
+  CHECK(is_import_error(outcome, "10.0_a.png"));
+  CHECK(std::count(outcome.err.begin(), outcome.err.end(), '\n') == 1);
 }

@@ -176,3 +176,53 @@ TEST_CASE("chips of a dataset of chips are the chips", "[import]") {
   CHECK(other.code == 2);
   CHECK(is_import_error(other, "dataset_sha256"));
 }
+
+TEST_CASE("--overwrite leaves no chip of another dataset, and a damaged recipe is mended", "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 4);
+  REQUIRE(folder.run({"mstar", "chips", "-o", "all"}).code == 0);
+  REQUIRE(folder.run({"mstar", "chips", "-o", "two", "--every", "2"}).code == 0);
+  REQUIRE(folder.run({"phoenix", "two", "-o", "straight"}).code == 0);
+  REQUIRE(folder.run({"phoenix", "all", "-o", "back"}).code == 0);
+  REQUIRE(folder.run({"phoenix", "two", "-o", "back", "--overwrite"}).code == 0);
+  const auto whole = folder.contents("straight");
+  CHECK(folder.contents("back") == whole);
+  for (const char* name : {"back", "two"}) {
+    const auto before = folder.contents(name);
+    write_text(folder / (std::string(name) + "/recipe.json"), "{");
+    const Outcome mended = name == std::string("back") ? folder.run({"phoenix", "two", "-o", name})
+                                                       : folder.run({"mstar", "chips", "-o", name, "--every", "2"});
+    INFO(mended.err);
+    CHECK(mended.code == 0);
+    CHECK(folder.contents(name) == before);
+  }
+}
+
+TEST_CASE("nothing is written into a folder that is read", "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 2);
+  const auto chips = folder.contents("chips");
+  for (const char* place : {"chips/out", "chips/deep/er", "./chips/../chips/out"}) {
+    const Outcome inside = folder.run({"mstar", "chips", "-o", place});
+    CHECK(inside.code == 2);
+    CHECK(is_import_error(inside, "lies inside the input chips"));
+  }
+  CHECK(folder.contents("chips") == chips);
+  REQUIRE(folder.run({"mstar", "chips", "-o", "chips_out"}).code == 0);  // beside it, with the same beginning
+  const Outcome phoenix = folder.run({"phoenix", "chips_out", "-o", "chips_out/phoenix"});
+  CHECK(phoenix.code == 2);
+  CHECK_FALSE(std::filesystem::exists(folder / "chips_out/phoenix"));
+}
+
+TEST_CASE("-q leaves the path on stdout, and one image is no images", "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 1);
+  const Outcome quiet = folder.run({"mstar", "chips", "-o", "out", "-q"});
+  CHECK(quiet.out == "out/dataset.json\n");
+  CHECK(quiet.err.empty());
+  CHECK(folder.run({"mstar", "chips", "-o", "out"}).err.find("the image of the same recipe is there") != std::string::npos);
+  const Outcome chips = folder.run({"phoenix", "out", "-o", "back"});
+  CHECK(chips.err.find("finished: 1 chip\n") != std::string::npos);
+  CHECK(chips.out == "back/\n  1 Phoenix chip, chip_000.phoenix\n");
+  CHECK(folder.run({"phoenix", "out", "-o", "back", "-q"}).out == "back/\n");
+}

@@ -162,3 +162,84 @@ TEST_CASE("the pictures' scale is recorded, one for a sweep, and is what they sh
   const Json one = Json::parse(read_text(folder / "one.json")).at("display");
   CHECK(one.at("black_db").get<double>() == Approx(one.at("white_db").get<double>() - 40.0));
 }
+
+TEST_CASE("options without an effect are pointed out, with what would give them one") {
+  const SceneFolder folder;
+  write_text(folder / "fog.json",
+             R"({"format":"sarnerf-materials","version":1,"materials":{"default":{"extinction_per_m":0.1,"scattering_per_m":0.05}}})");
+  const std::vector<std::vector<std::string>> without = {{"--integrator", "paper"}, {"--integrator", "exact"}, {"--seed", "7"},
+                                                         {"--seed", "7", "--nesz", "-20"}, {"--ground-height", "-1"},
+                                                         {"--extinction-per-density", "2"}};
+  for (const auto& options : without) {
+    const Outcome outcome = folder.run([&] {
+      auto all = view({"--dry-run", "-q"});
+      all.insert(all.end(), options.begin(), options.end());
+      return all;
+    }());
+    INFO(options.front() << ": " << outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK(n_lines(outcome.err) == 1);
+    CHECK(has(outcome.err, "warning: " + options.front() + " has no effect: "));
+  }
+  const std::vector<std::vector<std::string>> with = {{"--integrator", "paper", "--materials", "fog.json"},
+                                                      {"--integrator", "paper", "--engine", "voxel", "--voxel-size", "0.5"},
+                                                      {"--seed", "7", "--looks", "1"},
+                                                      {"--ground-height", "-1", "--ground", "grass"},
+                                                      {"--ground-height", "-1", "--calibration", "sigma0"},
+                                                      {"--ground-height", "-1", "--layers", "mask"}};
+  for (const auto& options : with) {
+    const Outcome outcome = folder.run([&] {
+      auto all = view({"--dry-run", "-q"});
+      all.insert(all.end(), options.begin(), options.end());
+      return all;
+    }());
+    INFO(options.front() << " " << options.back() << ": " << outcome.err);
+    CHECK(outcome.code == 0);
+    CHECK_FALSE(has(outcome.err, "has no effect"));
+  }
+  // A configuration file is the user, too.
+  write_text(folder / "c.toml", "seed = 7\n");
+  CHECK(has(folder.run(view({"--dry-run", "-q", "--config", "c.toml"})).err, "--seed has no effect"));
+}
+
+TEST_CASE("empty texts, contradictions and names that stand alone are refused") {
+  const SceneFolder folder;
+  for (const char* option : {"--ground", "--materials", "--resolution", "--error", "--depression", "-o"}) {
+    const Outcome outcome = folder.run(view({option, ""}));
+    INFO(option << ": " << outcome.err);
+    CHECK(outcome.code == 2);
+    CHECK(is_error_line(outcome.err, "expected a value, found an empty text"));
+  }
+  CHECK(is_error_line(folder.run(view({"-q", "-v"})).err, "-q and -v contradict each other"));
+  write_text(folder / "c.toml", "quiet = true\n");
+  CHECK(folder.run(view({"-v", "--config", "c.toml", "--dry-run"})).code == 0);
+  for (const char* layers : {"all,none", "wall,all", "none,mask"})
+    CHECK(is_error_line(folder.run(view({"--layers", layers})).err, "stands alone"));
+  CHECK(is_error_line(folder.run(view({"--looks", "0"})).err, "found 0\n"));
+  CHECK(is_error_line(folder.run(view({"--looks", "0.5"})).err, "found 0.5\n"));
+}
+
+TEST_CASE("-q: stdout has the paths alone") {
+  const SceneFolder folder;
+  const Outcome one = folder.run(view({"-q", "-o", "a"}));
+  CHECK(one.err.empty());
+  CHECK(one.out == "a.tif\na.png\na.json\n");
+  CHECK(folder.run(view({"-q", "-o", "a"})).out == one.out);  // already done
+  CHECK(folder.run(view({"-q", "--azimuth", "0,90", "-o", "s"})).out == "s/dataset.json\n");
+}
+
+TEST_CASE("one view is no views") {
+  const SceneFolder folder;
+  const auto sweep = view({"--azimuth", "0,90", "-o", "s"});
+  REQUIRE(folder.run(sweep).code == 0);
+  std::filesystem::remove(folder / "s/images/view_000.tif");
+  CHECK(has(folder.run(sweep).err, "continuing: 1 of 2 views is there"));
+}
+
+TEST_CASE("an automatic image of very many pixels asks for the unit") {
+  const SceneFolder folder;
+  const Outcome outcome = folder.run({"box.obj", "--pitch", "45", "--scale", "500", "--dry-run", "--threads", "1"});
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
+  CHECK(has(outcome.err, "a large image: the scene measures 2 km: is it in other units (--units mm"));
+}

@@ -61,13 +61,54 @@ TEST_CASE("a sweep is a dataset of every combination") {
   CHECK(read_text(folder / "one.tif") == read_text(folder / "s/images/view_013.tif"));
 }
 
-TEST_CASE("a direction given twice is pointed out") {
+TEST_CASE("a direction given twice is rendered once, and pointed out") {
   const SceneFolder folder;
-  const Outcome outcome = folder.run(
-      {"box.obj", "--pitch", "45", "--azimuth", "0:360:90", "--size", "8x8", "-q", "-o", "s"});
-  CHECK(outcome.code == 0);
-  CHECK(outcome.err.find("0 and 360 degrees are the same direction") != std::string::npos);
-  CHECK(read_manifest(folder / "s").views.size() == 5);
+  const auto run = [&](const std::vector<std::string>& angles, const std::string& name) {
+    std::vector<std::string> all = {"box.obj", "--size", "8x8", "-q", "-o", name};
+    all.insert(all.end(), angles.begin(), angles.end());
+    return folder.run(all);
+  };
+  const Outcome turn = run({"--pitch", "45", "--azimuth", "0:360:90"}, "turn");
+  CHECK(turn.code == 0);
+  CHECK(turn.err.find("--azimuth: 0 and 360 degrees are the same direction; it is taken once\n") != std::string::npos);
+  CHECK(read_manifest(folder / "turn").views.size() == 4);
+  const Outcome twice = run({"--pitch", "45,45,30,45", "--azimuth", "0,90"}, "twice");
+  CHECK(twice.err.find("--pitch: 45 and 45 degrees are the same direction; it is taken once, and so is 1 other\n") !=
+        std::string::npos);
+  CHECK(read_manifest(folder / "twice").views.size() == 4);
+  const Outcome one = run({"--depression", "17,17"}, "one");
+  CHECK(one.err.find("--depression: 17 and 17 degrees") != std::string::npos);
+  CHECK(std::filesystem::exists(folder / "one.tif"));
+}
+
+TEST_CASE("a damaged or lost recipe is mended, and does not let another one in") {
+  const SceneFolder folder;
+  REQUIRE(folder.run(sweep("s")).code == 0);
+  const auto whole = folder.contents("s");
+  CHECK(whole.at("SHA256SUMS").find("  recipe.json\n") != std::string::npos);
+  const std::string recipe = whole.at("recipe.json");
+  std::string other_figure = recipe;
+  other_figure.replace(other_figure.find("0.5"), 3, "0.7");
+  const std::vector<std::string> another = {"box.obj", "--pitch", "35", "--azimuth", "0:90:30", "--size", "24x32", "-o", "s"};
+  for (const std::string& damage : {std::string(), recipe.substr(0, recipe.size() / 2), other_figure, std::string("lost")}) {
+    write_text(folder / "s/recipe.json", damage);
+    if (damage == "lost") std::filesystem::remove(folder / "s/recipe.json");
+    std::filesystem::remove(folder / "s/images/view_003.tif");
+    const Outcome refused = folder.run(another);
+    INFO(damage.substr(0, 60) << ": " << refused.err);
+    CHECK(refused.code == 2);
+    CHECK(is_error_line(refused.err.substr(refused.err.find("sar_render: error")), "other output is in the way (recipe.json is damaged"));
+    const Outcome mended = folder.run(sweep("s"));
+    INFO(mended.err);
+    CHECK(mended.code == 0);
+    CHECK(mended.err.find("continuing: 23 of 24 views are there") != std::string::npos);
+    CHECK(folder.contents("s") == whole);
+  }
+  // Without the list nobody knows whose the recipe was.
+  std::filesystem::remove(folder / "s/SHA256SUMS");
+  std::filesystem::remove(folder / "s/recipe.json");
+  CHECK(folder.run(sweep("s")).code == 2);
+  CHECK(n_images(folder / "s") == 24);
 }
 
 TEST_CASE("a sweep does not depend on threads, nor on how its views share them") {
@@ -129,7 +170,8 @@ TEST_CASE("views that are changed or exchanged, but well-formed, are made again"
   // Without the list nothing is known to be finished; a line cut off does not count, nor does noise.
   const std::string list = whole.at("SHA256SUMS");
   CHECK(list.find("  images/view_013.tif\n") != std::string::npos);
-  write_text(folder / "s/SHA256SUMS", "noise\n" + list.substr(0, list.size() - 10));
+  const std::string views = list.substr(0, list.rfind('\n', list.size() - 2) + 1);  // the recipe is last
+  write_text(folder / "s/SHA256SUMS", "noise\n" + views.substr(0, views.size() - 10));
   CHECK(folder.run(sweep("s", {"--layers", "wall"})).err.find("23 of 24") != std::string::npos);
   CHECK(folder.contents("s") == whole);
   std::filesystem::remove(folder / "s/SHA256SUMS");

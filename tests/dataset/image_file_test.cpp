@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/dataset/image_file.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cstring>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
@@ -153,4 +156,60 @@ TEST_CASE("what is no image, or an image without meaning, is refused by name") {
   write_bytes(folder / "nan.tif", encode_tiff(image));
   CHECK(error_of(folder / "nan.tif").find("row 2, column 1") != std::string::npos);
   CHECK_THROWS_AS(encode_tiff(Image<float>()), UsageError);
+}
+
+namespace {
+
+/// What is written to file descriptor 2 meanwhile, by whichever library.
+template <class Work>
+std::string printed_by(const std::filesystem::path& file, const Work& work) {
+  const int saved = ::dup(STDERR_FILENO), fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  ::dup2(fd, STDERR_FILENO);
+  ::close(fd);
+  work();
+  ::dup2(saved, STDERR_FILENO);
+  ::close(saved);
+  return read_text(file);
+}
+
+}  // namespace
+
+TEST_CASE("damaged files are told in our words alone: decoders print nothing, and stderr works afterwards") {
+  const ScratchFolder folder;
+  cv::Mat noise(64, 64, CV_8UC1);
+  std::mt19937 random(3);
+  for (int n = 0; n < 64 * 64; ++n) noise.at<std::uint8_t>(n / 64, n % 64) = static_cast<std::uint8_t>(random());
+  for (const char* ending : {".png", ".jpg", ".tif"}) {
+    std::vector<unsigned char> whole;
+    REQUIRE(cv::imencode(ending, noise, whole));
+    const auto read = [&](const std::vector<unsigned char>& bytes) {
+      try {
+        (void)decode_image(std::as_bytes(std::span(bytes)), "file");
+      } catch (const InputError&) {
+      }
+    };
+    for (std::size_t cut = 40; cut < whole.size(); cut += whole.size() / 20) {
+      std::vector<unsigned char> damaged = whole;
+      for (std::size_t n = cut; n < std::min(cut + 20, damaged.size()); ++n) damaged[n] ^= 0x5a;
+      INFO(ending << " damaged at byte " << cut);
+      CHECK(printed_by(folder / "printed", [&] { read(damaged); }).empty());
+      damaged.resize(cut);
+      CHECK(printed_by(folder / "printed", [&] { read(damaged); }).empty());
+    }
+    CHECK(printed_by(folder / "printed", [&] {
+            read(whole);
+            (void)!::write(STDERR_FILENO, "ours", 4);
+          }) == "ours");
+  }
+}
+
+TEST_CASE("the size of an image is read without its pixels") {
+  const ScratchFolder folder;
+  write_bytes(folder / "a.tif", encode_tiff(Image<float>(12, 300)));
+  const ImageSize size = read_image_size(folder / "a.tif");
+  CHECK(size.n_rows == 12);
+  CHECK(size.n_columns == 300);
+  CHECK(size.decoded_bytes >= 12 * 300 * 4);
+  write_text(folder / "b.tif", "no image");
+  CHECK_THROWS_AS(read_image_size(folder / "b.tif"), InputError);
 }

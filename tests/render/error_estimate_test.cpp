@@ -197,3 +197,33 @@ TEST_CASE("coarse tolerances are met, although hardly resolved images know too l
   }
   CHECK(n_too_sure >= 3);  // else there is nothing to guard against here
 }
+
+TEST_CASE("what a few rays or slices cannot tell is not told", "[error]") {
+  for (const Scene& scene : {busy_scene(), plain_building()}) {
+    const SurfaceEngine engine(scene);
+    const Acquisition view = view_of(45.0, 1e4, 80, 80, 0.3, 20.0);
+    const Image<float> reference = section_reference(scene, view, 128);
+    for (int n_elevation = 1; n_elevation <= 24; ++n_elevation) {
+      Sampling sampling;
+      sampling.n_elevation = n_elevation;
+      const ViewPlan plan = engine.plan(view, sampling);
+      const RenderedView rendered = engine.render(plan);
+      const double error = relative_l2_error(rendered.beta0, reference);
+      INFO(n_elevation << " rays: error " << error << ", estimate " << rendered.error.relative);
+      const bool known = why_error_is_unknown(plan).empty();
+      CHECK(known == (plan.n_widest_slice >= kFewestForError));
+      CHECK(known == !std::isnan(rendered.error.relative));
+      if (known) CHECK(rendered.error.relative > 0.1 * error);
+      if (!known) CHECK(rendered.warnings.size() == 1);
+    }
+  }
+  // A tolerance is not met by not knowing.
+  Scene speck = empty_scene(matte(1.0));
+  add_box(speck, {0.5, 0.5, 0.5});
+  const SurfaceEngine engine(speck);
+  const Acquisition view = view_of(45.0, 1e4, 16, 16, 0.3, 20.0);
+  const ToleranceChoice choice = choose_sampling(engine, view, 0.05);
+  REQUIRE_FALSE(choice.steps.empty());
+  const TolerantView found = choice.met ? *choice.met : render_to_tolerance(engine, engine.plan(view, choice.sampling), 0.05);
+  CHECK(found.view.error.relative <= 0.05);
+}

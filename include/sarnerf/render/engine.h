@@ -34,11 +34,19 @@ struct ViewPlan {
   std::uint64_t n_grid_rays = 0;  ///< rows × sub-rows × elevations
   std::uint64_t n_kept_rays = 0;  ///< rays that meet the scene's box: the only ones generated
   std::uint64_t n_widest_slice = 0;  ///< most rays of one slice that meet the scene's box
+  std::uint64_t n_scene_slices = 0;  ///< slices of all rows that meet it
   std::uint64_t memory_bytes = 0; ///< image and scratch, without scene and BVH
   double expected_s = 0.0;        ///< rough, from the number of kept rays
   std::vector<std::string> chosen;    ///< settings chosen automatically, and why
   std::vector<std::string> left_out;  ///< what this scene does not need
 };
+
+/// Rays and slices across the scene that an error estimate needs: of the sampling three times coarser from which it comes,
+/// two are left in either direction.
+inline constexpr std::uint64_t kFewestForError = 6;
+
+/// Why a plan's error cannot be estimated: "5 elevation rays meet the scene …"; empty when it can.
+std::string why_error_is_unknown(const ViewPlan& plan);
 
 /// One rendered view.
 struct RenderedView {

@@ -24,6 +24,9 @@ glm::dvec3 default_aim_m(const Scene& scene);
 /// of the views are read. Throws UsageError for a size beyond 65,535 pixels a side.
 Framing frame_scene(const Scene& scene, std::span<const Acquisition> views);
 
+/// "the scene measures 10 km: …", for images that are too large: a wrong unit, most of the time. Empty for a ground alone.
+std::string scene_size_hint(const Scene& scene);
+
 /// One line when the scene measures less than two pixels in azimuth and in range, else empty: a wrong unit,
 /// most of the time.
 std::string few_pixels_warning(const Scene& scene, const Acquisition& view);
