@@ -73,7 +73,7 @@ for seed in $(seq "$seeds"); do
   for pitch in $pitches; do
     scores=$run.scores.$pitch
     "$programs/sar_nerf_render/sar_nerf_render" "$run" --against "$folder/$solid.test$azimuths.$pitch" -o "$scores" \
-      --overwrite -q > "$scores.md"
+      --overwrite > "$scores.md" 2> "$scores.log" || { cat "$scores.log" >&2; exit 1; }
     # The table's rows: method, PSNR of power, of amplitude, of the target, SSIM. The rescaled one may come twice, with
     # two heights of the plane: the better counts.
     awk -F '|' -v row="$pitch|$seed|$seconds" '

@@ -73,7 +73,7 @@ for solid in $solids; do
       run=$folder/$solid.$n.run$seed
       "$programs/sar_nerf_train/sar_nerf_train" "$folder/$solid.$n" --seed "$seed" -o "$run" -q > /dev/null
       "$programs/sar_nerf_render/sar_nerf_render" "$run" --against "$folder/$solid.test" -o "$run.scores" \
-        --overwrite -q > "$run.scores.md"
+        --overwrite > "$run.scores.md" 2> "$run.scores.log" || { cat "$run.scores.log" >&2; exit 1; }
       seconds=$(sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$run/report.json" | head -n 1)
       # The table's rows: method, PSNR of power, of amplitude, of the target, SSIM.
       awk -F '|' -v row="$solid|$n|$seed|$seconds" '

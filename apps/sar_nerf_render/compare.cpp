@@ -11,6 +11,7 @@
 #include "process.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/input_file.h"
 #include "sarnerf/dataset/evaluation.h"
 #include "sarnerf/dataset/fingerprint.h"
@@ -73,7 +74,7 @@ std::vector<PosedImage> truth_images(const Job& job, Console& console, const Mon
     throw UsageError(name +
                      ": the model was trained on all its views, so none is left to compare with");
   if (n_seen > 0)
-    console.note(name + ": " + std::to_string(n_seen) + (n_seen == 1 ? " view" : " views") +
+    console.note(name + ": " + counted(n_seen, "view") +
                  " with the angles of a training view left out");
   return load_images(o.against, dataset, unseen, monitor);
 }
@@ -138,7 +139,7 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
     averaged = evaluate_despeckled(*despeckled, predictions, training, settings, monitor);
 
   const std::string model = "SAR-NeRF, " + std::string(job.model.field->kind());
-  std::string table = std::to_string(truth.size()) + " views of " + o.against.string() +
+  std::string table = counted(truth.size(), "view") + " of " + o.against.string() +
                       ", none of them trained on\n\n" + evaluation_table(evaluation, model);
   if (averaged)
     table += "\n" + despeckled_title(o.despeckle_deg, *despeckled) + "\n\n" +

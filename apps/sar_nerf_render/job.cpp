@@ -8,6 +8,7 @@
 #include <numbers>
 #include <span>
 
+#include "memory_limit.h"
 #include "model_place.h"
 #include "process.h"
 #include "sarnerf/core/error.h"
@@ -146,13 +147,12 @@ void refuse_countless_bins(const Job& job) {
 }
 
 void refuse_beyond_memory(const Job& job) {
-  const std::uint64_t limit = job.options.shared.max_memory_bytes;
+  const MemoryLimit limit = memory_limit(job.options.shared);
   const DatasetView& v = job.views.front();
   const std::uint64_t needed = kBaseMemory + 16ull * static_cast<std::uint64_t>(v.n_azimuth) *
                                                  static_cast<std::uint64_t>(v.n_range);
-  if (limit > 0 && needed > limit)
-    throw UsageError("about " + bytes_text(needed) + " are needed, more than --max-memory " +
-                     bytes_text(limit) + "; make the image smaller");
+  if (!limit.allows(needed))
+    throw UsageError("about " + bytes_text(needed) + " are needed, and " + limit.text() + "; make the image smaller");
 }
 
 }  // namespace
@@ -188,8 +188,8 @@ std::string explain(const Job& job) {
   const DatasetView& v = job.views.front();
   const ModelInfo& info = job.model.info;
   return "plan\n  model     " + std::string(job.model.field->kind()) + ", " +
-         job.model.field->size_text() + ", of " + std::to_string(info.training_views.size()) +
-         " views and " + std::to_string(info.steps) + " steps\n  views     " +
+         job.model.field->size_text() + ", of " + counted(info.training_views.size(), "view") +
+         " and " + counted(static_cast<std::uint64_t>(info.steps), "step") + "\n  views     " +
          std::to_string(job.views.size()) + " of " + std::to_string(v.n_azimuth) + " x " +
          std::to_string(v.n_range) +
          " pixels (azimuth x range)" +

@@ -7,7 +7,9 @@
 #include <numeric>
 
 #include "despeckle_option.h"
+#include "memory_limit.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/dataset/fingerprint.h"
 #include "values.h"
 
@@ -24,17 +26,13 @@ std::uint64_t image_bytes(const std::vector<DatasetView>& views) {
   return bytes;
 }
 
-std::string count_text(std::size_t n, const char* what) {
-  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
-}
-
 void refuse_beyond_memory(const Options& o, const std::vector<DatasetView>& all) {
-  if (o.shared.max_memory_bytes == 0) return;
   const std::uint64_t needed = kBaseMemory + image_bytes(all);
-  if (needed <= o.shared.max_memory_bytes) return;
-  throw UsageError("the images of " + count_text(all.size(), "view") +
+  const MemoryLimit limit = memory_limit(o.shared);
+  if (limit.allows(needed)) return;
+  throw UsageError("the images of " + counted(all.size(), "view") +
                    " and the program need about " + bytes_text(needed) +
-                   ", more than --max-memory " + bytes_text(o.shared.max_memory_bytes) +
+                   ", and " + limit.text() +
                    (all.size() > 1 ? "; use fewer or smaller views" : "; use a smaller view, or allow more"));
 }
 
@@ -59,7 +57,7 @@ std::vector<std::size_t> comparable(const Options& o, const Dataset& dataset, co
                      "; compare images of one calibration");
   const auto unseen = unseen_views(other.views, training);
   if (unseen.size() < other.views.size())
-    console.note(name + ": " + count_text(other.views.size() - unseen.size(), "view") +
+    console.note(name + ": " + counted(other.views.size() - unseen.size(), "view") +
                  " with the angles of a training view left out");
   if (unseen.empty())
     console.warning(name + ": all its views are trained on, so none is left to compare with");
@@ -84,7 +82,7 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
         std::any_of(views.begin(), views.begin() + static_cast<std::ptrdiff_t>(a), same) ? 1 : 0;
   }
   if (n_repeated > 0)
-    console.warning(count_text(n_repeated, "training view") +
+    console.warning(counted(n_repeated, "training view") +
                     (n_repeated == 1 ? " has" : " have") + " the angles of another one: they are averaged, and count twice");
 }
 

@@ -7,6 +7,7 @@
 #include "output_files.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/nerf/model_file.h"
 
 namespace sarnerf::app {
@@ -89,7 +90,7 @@ Start start_run(const Options& o, const RunFolder& folder, const std::string& co
       if (state.finished && same_length)
         console.note(folder.path().string() + ": trained, but its model or report is missing or damaged: they are made again");
       else
-        console.note("continuing after " + std::to_string(state.steps) + " steps");
+        console.note("continuing after " + counted(static_cast<std::uint64_t>(state.steps), "step"));
     } else {
       folder.clear();
     }

@@ -7,6 +7,7 @@
 
 #include "process.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/stopwatch.h"
 #include "version.h"
 
@@ -183,8 +184,8 @@ void TrainingRun::train(Console& console, const Monitor& monitor) {
       if (monitor.stop_requested()) {
         write(checkpoint(false));
         save_model();
-        throw Interrupted("interrupted after " + std::to_string(trainer_.steps_done()) +
-                          " steps, which are saved; " + "sar_nerf_train --resume " +
+        throw Interrupted("interrupted after " + counted(static_cast<std::uint64_t>(trainer_.steps_done()), "step") +
+                          "; they are saved; " + "sar_nerf_train --resume " +
                           folder_.path().string() + " continues");
       }
       if (seconds_since_start() >= next_checkpoint_s_)
@@ -192,8 +193,8 @@ void TrainingRun::train(Console& console, const Monitor& monitor) {
     }
     write(checkpoint(true));
     if (trainer_.field().occupied_box_m().empty())
-      throw Error("nothing was learned: after " + std::to_string(trainer_.steps_done()) +
-                  " steps no voxel holds matter, and an empty field is neither saved nor scored; do the images show anything "
+      throw Error("nothing was learned: after " + counted(static_cast<std::uint64_t>(trainer_.steps_done()), "step") +
+                  " no voxel holds matter, and an empty field is neither saved nor scored; do the images show anything "
                   "but ground, and of one scene?");
     trainer_.finish();
     field_size_ = trainer_.field().size_text();
