@@ -46,7 +46,7 @@ struct BytesPerPixel {
 };
 
 /// A view and its plan, with the lines that explain it.
-constexpr std::uint64_t kBytesPerPlan = 2500;
+constexpr std::uint64_t kBytesPerPlan = 1300;
 
 std::uint64_t n_pixels(const std::pair<int, int>& size) {
   return std::uint64_t(size.first) * std::uint64_t(size.second);

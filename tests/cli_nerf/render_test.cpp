@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "../nerf/torch_catch.h"
+#include "output_lock.h"
 #include "programs.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/nerf/archive.h"
@@ -52,6 +53,10 @@ TEST_CASE("views of a model come in files of sar_render's form") {
   CHECK(scene.render({"run", "--azimuth", "12.5", "-o", "view"}).err.find("already done") !=
         std::string::npos);
   CHECK(scene.render({"run", "--azimuth", "13", "-o", "view"}).is_error("azimuth_deg"));
+  {
+    const sarnerf::app::OutputLock other({scene / "view.tif"});
+    CHECK(scene.render({"run", "--azimuth", "12.5", "-o", "view"}).is_error("is writing it"));
+  }
   CHECK(scene.render({"run", "--azimuth", "13", "-o", "view", "--overwrite"}).code == 0);
   CHECK(scene.render({"run/model.pt", "--size", "20x40", "--spacing", "0.2,0.1", "-o", "small"})
             .code == 0);
