@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "folder_name.h"
 
-#include <algorithm>
 #include <system_error>
 
 namespace sarnerf::app {
@@ -13,11 +12,6 @@ std::filesystem::path without_slash(const std::filesystem::path& folder) {
 std::filesystem::path dataset_folder(const std::filesystem::path& dataset) {
   if (dataset.filename() != "dataset.json") return without_slash(dataset);
   return dataset.has_parent_path() ? dataset.parent_path() : std::filesystem::path(".");
-}
-
-bool is_within(const std::filesystem::path& path, const std::filesystem::path& folder) {
-  const std::filesystem::path inner = full_path(path), outer = full_path(folder);
-  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
 }
 
 std::filesystem::path full_path(const std::filesystem::path& path) {

@@ -11,9 +11,6 @@ std::filesystem::path without_slash(const std::filesystem::path& folder);
 /// The folder of a dataset: what was named, or where the dataset.json lies that was.
 std::filesystem::path dataset_folder(const std::filesystem::path& dataset);
 
-/// Whether a path is a folder or lies somewhere in it, links followed; neither has to be there.
-bool is_within(const std::filesystem::path& path, const std::filesystem::path& folder);
-
 /// Absolute, without links and dots and without a slash at its end: it ends in a name, which "." and ".." do not.
 std::filesystem::path full_path(const std::filesystem::path& path);
 

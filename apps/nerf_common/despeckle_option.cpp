@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "sarnerf/core/units.h"
 #include "values.h"
 
@@ -18,8 +19,8 @@ std::optional<DespeckledTruth> despeckled_if_asked(double despeckle_deg,
   if (despeckle_deg == 0.0) return std::nullopt;
   DespeckledTruth truth = despeckled_truth(unseen, rad_from_deg(despeckle_deg));
   if (!truth.views.empty()) return truth;
-  throw UsageError("--despeckle: none of the " + std::to_string(unseen.size()) +
-                   " unseen views has two more within its degrees of azimuth, one to be averaged "
+  throw UsageError("--despeckle: of " + counted(unseen.size(), "unseen view") +
+                   " none has two more within its degrees of azimuth, one to be averaged "
                    "with and one to compare; allow more degrees, or leave it out");
 }
 

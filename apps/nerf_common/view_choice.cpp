@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/format.h"
 #include "values.h"
 
 namespace sarnerf::app {
@@ -47,7 +48,7 @@ std::vector<std::size_t> held_out_views(std::span<const DatasetView> views,
       break;
   }
   if (n >= n_views)
-    throw UsageError("--holdout: of " + std::to_string(n_views) + " views, " + std::to_string(n) +
+    throw UsageError("--holdout: of " + counted(n_views, "view") + ", " + std::to_string(n) +
                      " would be held out and none left to learn from; hold out fewer");
   std::vector<std::size_t> order(n_views);
   std::iota(order.begin(), order.end(), std::size_t{0});

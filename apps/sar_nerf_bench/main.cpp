@@ -2,10 +2,10 @@
 // sar_nerf_bench: how good learned fields are after how many seconds, beside the paper's way of learning.
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "exit_code.h"
 #include "folder_lock.h"
-#include "folder_name.h"
 #include "interrupt.h"
 #include "learning_output.h"
 #include "output_files.h"
@@ -31,10 +31,7 @@ void check_place(const Options& o) {
       !std::filesystem::is_directory(o.output, ignored))
     throw UsageError(o.output.string() +
                      ": expected a place for a folder, found a file; choose another -o");
-  for (const auto& input : {o.training, o.against}) {
-    if (app::is_within(o.output, input))
-      throw UsageError(o.output.string() + " lies in the dataset " + input.string() + "; choose a folder beside it (-o)");
-  }
+  app::refuse_inside(o.output, std::vector{o.training, o.against});
   app::require_possible(o.output);
   if (!o.overwrite && std::filesystem::exists(o.output / "learning.json", ignored))
     throw UsageError(o.output.string() +

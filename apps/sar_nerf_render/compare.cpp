@@ -86,6 +86,7 @@ std::filesystem::path evaluation_file(const Job& job, const Json& request) {
     throw UsageError(folder.string() +
                      ": expected a place for a folder, found a file; choose another -o");
   require_possible(folder);
+  refuse_inside(folder, std::vector{job.options.against, job.options.training});
   if (job.options.overwrite || !std::filesystem::exists(file)) return file;
   const Json found = Json::parse(read_whole_file(file), nullptr, false);
   const Json old = found.is_object() ? found.value("request", Json()) : Json();

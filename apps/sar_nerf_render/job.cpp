@@ -187,16 +187,22 @@ Image<float> make_image(const Job& job, const DatasetView& view) {
 std::string explain(const Job& job) {
   const DatasetView& v = job.views.front();
   const ModelInfo& info = job.model.info;
+  const bool comparison = !job.options.against.empty();
+  const std::string views =
+      comparison ? "those of " + job.options.against.string() + " that the model was not trained on, scored beside baselines"
+                 : std::to_string(job.views.size()) + " of " + std::to_string(v.n_azimuth) + " x " + std::to_string(v.n_range) +
+                       " pixels (azimuth x range)";
+  std::string place = job.options.output;
+  if (place.empty())
+    place = comparison ? "the table, to stdout" : model_name(job.options.model) + (job.views.size() > 1 ? "_views" : "_view");
   return "plan\n  model     " + std::string(job.model.field->kind()) + ", " +
          job.model.field->size_text() + ", of " + counted(info.training_views.size(), "view") +
          " and " + counted(static_cast<std::uint64_t>(info.steps), "step") + "\n  views     " +
-         std::to_string(job.views.size()) + " of " + std::to_string(v.n_azimuth) + " x " +
-         std::to_string(v.n_range) +
-         " pixels (azimuth x range)" +
+         views +
          (job.model.field->resolution ? "\n  impulse response  " + resolution_text(*job.model.field->resolution) : "") +
          "\n  left out  rows and rays that miss the learned matter; the "
          "rest of a ray behind an "
-         "optical depth of 20";
+         "optical depth of 20\n  output    " + place;
 }
 
 std::string report_text(const Job& job, std::size_t n_rendered, double render_s) {

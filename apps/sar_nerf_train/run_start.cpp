@@ -3,7 +3,6 @@
 
 #include "checkpoint.h"
 #include "config_text.h"
-#include "folder_name.h"
 #include "output_files.h"
 #include "sarnerf/core/atomic_file.h"
 #include "sarnerf/core/error.h"
@@ -62,11 +61,7 @@ void check_place(const Options& o, const RunFolder& folder) {
   if (is_there(folder.path()) && !std::filesystem::is_directory(folder.path()))
     throw UsageError(folder.path().string() +
                      ": expected a place for a folder, found a file; choose another -o");
-  for (const auto& input : {o.dataset, o.against}) {
-    if (!input.empty() && is_within(folder.path(), input))
-      throw UsageError(folder.path().string() + " lies in the dataset " + input.string() +
-                       "; choose a folder beside it for the run (-o)");
-  }
+  refuse_inside(folder.path(), std::vector{o.dataset, o.against});
   require_possible(folder.path());
   if (!folder.occupied() || o.overwrite) return;
   if (!is_there(folder.config())) refuse(folder, "files without a config.toml");

@@ -88,7 +88,7 @@ TEST_CASE("sar_nerf_bench refuses in one line what it cannot measure") {
   refused({"tiny", "--against", "test", "--fields", "grid", "--time", "mlp=2s"}, 2, "mlp takes no part");
   refused({"tiny", "--against", "test", "--seeds", "0"}, 2, "--seeds");
   refused({"tiny", "--against", "tiny"}, 2, "not trained on");
-  refused({"tiny", "--against", "test", "-o", "test"}, 2, "lies in the dataset");
+  refused({"tiny", "--against", "test", "-o", "test"}, 2, "lies inside the input");
   refused({"absent", "--against", "test"}, 3, "absent");
 }
 

@@ -201,7 +201,7 @@ TEST_CASE("options of training are checked before anything is written") {
   refused({"--resolution", "0.9", "--window", "tailor"}, "taylor");
   refused({"--resolution", "0.01"}, "under-samples");
   CHECK(scene.train({"--resume", "nowhere"}).code == 3);
-  CHECK(scene.train({"data", "-o", "data"}).is_error("lies in the dataset"));
+  CHECK(scene.train({"data", "-o", "data"}).is_error("lies inside the input"));
   CHECK(scene.train({"--help"}).code == 0);
   CHECK(scene.train({"--version"}).out.starts_with("sar_nerf_train "));
 }
@@ -219,7 +219,7 @@ TEST_CASE("a dry run prints the plan and writes nothing; a dataset may be named 
   CHECK(trained.out == "data_run\n");
   CHECK(trained.err.empty());
   CHECK(scene.train({"data", "--steps", "5"}).err.find("already done") != std::string::npos);
-  CHECK(scene.train({"data", "-o", "data/run"}).is_error("lies in the dataset"));
+  CHECK(scene.train({"data", "-o", "data/run"}).is_error("lies inside the input"));
 }
 
 TEST_CASE("what training cannot change is not advised") {
