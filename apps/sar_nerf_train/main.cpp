@@ -42,7 +42,7 @@ void run(const Options& asked, Console& console) {
   if (options.field == "mlp") warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
   const std::string config = config_text(options, training);
   if (options.dry_run) {
-    const Trainer trainer(data.set, training);
+    const Trainer trainer(data.set, training, monitor);
     print_result(explain(options, data, trainer) + "\n");
     return;
   }
@@ -60,7 +60,7 @@ void run(const Options& asked, Console& console) {
 
   const Stopwatch preparing;
   const ModelInfo info = model_info(data, data.set, options);
-  Trainer trainer(std::move(data.set), training);
+  Trainer trainer(std::move(data.set), training, monitor);
   if (start.checkpoint) trainer.restore(*start.checkpoint, folder.checkpoint().string());
   times.add("prepare field", preparing.seconds());
   if (options.explain) console.asked_for(explain(options, data, trainer));

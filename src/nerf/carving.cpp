@@ -2,6 +2,7 @@
 #include "sarnerf/nerf/carving.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -118,7 +119,7 @@ GridTransform grid_transform(const TrainingSet& set, double voxel_size_m) {
   return transform;
 }
 
-CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform) {
+CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const Monitor& monitor) {
   const std::vector<Witness> views = witnesses(set);
   const double margin_m = transform.voxel_size_m;
   const glm::ivec3 last = glm::ivec3(glm::ceil(transform.index_from_world(set.box_m.max)));
@@ -134,7 +135,9 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform) {
     const auto s = static_cast<int>(b);
     return first_brick + glm::ivec3(s / (n.y * n.z), s / n.z % n.y, s % n.z);
   };
-  parallel_for(n_bricks, 16, [&](std::size_t begin, std::size_t end, int) {
+  std::atomic<std::uint64_t> n_done{0};
+  parallel_for(n_bricks, 16, [&](std::size_t begin, std::size_t end, int worker) {
+    monitor.check();
     for (std::size_t b = begin; b < end; ++b) {
       std::vector<std::uint8_t> active(kBrickVoxels, 0);
       bool any = false;
@@ -149,7 +152,10 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform) {
       }
       if (any) kept[b] = std::move(active);
     }
+    const std::uint64_t done = n_done += end - begin;
+    if (worker == 0) monitor.report("carve space", done, n_bricks);
   });
+  monitor.report("carve space", n_bricks, n_bricks);
   CarvedVoxels carved;
   for (std::size_t b = 0; b < n_bricks; ++b) {
     if (kept[b].empty()) continue;

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "sarnerf/core/monitor.h"
 #include "sarnerf/nerf/trainer.h"
 
 namespace sarnerf {
@@ -29,6 +30,6 @@ class FieldLearner {
 };
 
 /// Throws UsageError for a field that is not known.
-std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options);
+std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options, const Monitor& monitor = {});
 
 }  // namespace sarnerf

@@ -26,8 +26,8 @@ constexpr double kMostDepth = 40.0;
 
 }  // namespace
 
-GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step)
-    : options_(options), rows_per_step_(rows_per_step), field_(initial_grid_field(set, options)),
+GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step, const Monitor& monitor)
+    : options_(options), rows_per_step_(rows_per_step), field_(initial_grid_field(set, options, monitor)),
       source_scale_(field_.source_scale()), adam_(field_) {
 }
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "sarnerf/core/monitor.h"
 #include "field_learner.h"
 #include "grid_learning.h"
 #include "smoothness.h"
@@ -15,7 +16,7 @@ namespace sarnerf {
 class GridLearner : public FieldLearner {
  public:
   /// `rows_per_step`: how many rows each call of minimise() learns from.
-  GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step);
+  GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step, const Monitor& monitor = {});
 
   const LearnedField& field() const override { return field_; }
   bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;

@@ -38,10 +38,10 @@ RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_
   return pass;
 }
 
-GridField initial_grid_field(const TrainingSet& set, const GridOptions& options) {
+GridField initial_grid_field(const TrainingSet& set, const GridOptions& options, const Monitor& monitor) {
   const GridTransform transform =
       grid_transform(set, options.voxel_size_m * std::exp2(options.n_levels - 1));
-  CarvedVoxels carved = carve(set, transform);
+  CarvedVoxels carved = carve(set, transform, monitor);
   GridField field(transform, options.harmonics_degree, double{set.bright});
   if (set.clutter) field.ground = set.clutter->ground;
   field.resolution = set.resolution;

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "sarnerf/core/monitor.h"
 #include "sarnerf/nerf/grid_field.h"
 
 namespace sarnerf {
@@ -27,7 +28,7 @@ struct RowsOfPass {
 RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_wanted);
 
 /// Fog wherever carving leaves room for matter, of the brightness that the images have.
-GridField initial_grid_field(const TrainingSet& set, const GridOptions& options);
+GridField initial_grid_field(const TrainingSet& set, const GridOptions& options, const Monitor& monitor = {});
 
 /// 1 for each active voxel to keep: its two-way depth is at least prune_depth, and what the rows return of its brightness
 /// exceeds prune_exposure pixels a view. Voxels below the first are empty, those below the second hidden.

@@ -95,10 +95,10 @@ int suitable_frequencies(const Box& scene_box_m, double bin_m) {
   return static_cast<int>(std::clamp(finest + 1.0, 1.0, double{kMost}));
 }
 
-MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed) {
+MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor) {
   check(options);
   const GridTransform transform = grid_transform(set, options.voxel_size_m);
-  CarvedVoxels carved = carve(set, transform);
+  CarvedVoxels carved = carve(set, transform, monitor);
   MlpMeaning meaning{std::numeric_limits<double>::infinity(), double{set.bright},
                      integrator_from_name(options.integrator)};
   for (const PosedImage& image : set.images)

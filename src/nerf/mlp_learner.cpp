@@ -8,8 +8,8 @@
 
 namespace sarnerf {
 
-MlpLearner::MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed)
-    : options_(options), field_(initial_mlp_field(set, options, seed)) {
+MlpLearner::MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor)
+    : options_(options), field_(initial_mlp_field(set, options, seed, monitor)) {
   restart_optimiser();
 }
 

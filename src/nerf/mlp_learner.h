@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "sarnerf/core/monitor.h"
 #include "field_learner.h"
 #include "sarnerf/nerf/mlp_field.h"
 
@@ -13,7 +14,7 @@ namespace sarnerf {
 /// Learns an MlpField: Adam over all weights, and now and then a look at where there is matter.
 class MlpLearner : public FieldLearner {
  public:
-  MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed);
+  MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor = {});
 
   const LearnedField& field() const override { return field_; }
   bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;

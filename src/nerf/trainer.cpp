@@ -82,10 +82,10 @@ struct Trainer::State {
   }
 };
 
-Trainer::Trainer(TrainingSet set, const TrainerOptions& options) : state_(std::make_unique<State>()) {
+Trainer::Trainer(TrainingSet set, const TrainerOptions& options, const Monitor& monitor) : state_(std::make_unique<State>()) {
   state_->set = std::move(set);
   state_->options = options;
-  state_->learner = make_learner(state_->set, options);
+  state_->learner = make_learner(state_->set, options, monitor);
   for (const PosedImage& image : state_->set.appearances())
     state_->mean_square_of_set += mean_square(image.power.pixels()) / static_cast<double>(state_->set.images.size());
   if (state_->set.clutter) state_->clutter_level = state_->set.clutter->ground->mean_power();

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "sarnerf/core/monitor.h"
 #include "sarnerf/field/brick_grid.h"
 #include "sarnerf/nerf/training_set.h"
 
@@ -24,7 +25,7 @@ struct CarvedVoxels {
 /// (Clutter) a place is empty when three in ten of the views that see it show ground both in its pixel and where its shadow
 /// would lie, or when fewer than a quarter of all views see it; nothing lies below. Cost: views × voxels, a few ns
 /// each.
-CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform);
+CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const Monitor& monitor = {});
 
 /// The grid whose voxels' centres fill the set's box, centred in it.
 GridTransform grid_transform(const TrainingSet& set, double voxel_size_m);

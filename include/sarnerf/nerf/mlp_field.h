@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "sarnerf/core/monitor.h"
 #include "sarnerf/mpa/integrator.h"
 #include "sarnerf/nerf/density_cache.h"
 #include "sarnerf/nerf/learned_field.h"
@@ -104,7 +105,8 @@ class MlpField : public LearnedField {
 int suitable_frequencies(const Box& scene_box_m, double bin_m);
 
 /// A field of fog wherever carving leaves room for matter. Throws UsageError for impossible options.
-MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed);
+MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed,
+    const Monitor& monitor = {});
 
 /// The field of an archive that MlpField::state() made. Throws CheckpointError for damaged contents.
 MlpField restore_mlp_field(const Archive& archive, const std::string& where);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "sarnerf/core/monitor.h"
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/mlp_field.h"
@@ -65,8 +66,8 @@ struct StepReport {
 class Trainer {
  public:
   /// Carves and initialises the field. Throws UsageError for impossible options, and InputError where nothing of the
-  /// scene's box can hold matter. `set` is kept.
-  Trainer(TrainingSet set, const TrainerOptions& options);
+  /// scene's box can hold matter. `set` is kept. The monitor watches the carving, and may interrupt it.
+  Trainer(TrainingSet set, const TrainerOptions& options, const Monitor& monitor = {});
   ~Trainer();
 
   /// One step. `progress` in [0, 1) is the share of the training that is done: rates, resolution and regularisation
