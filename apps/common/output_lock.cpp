@@ -80,7 +80,7 @@ void OutputLock::take(const std::filesystem::path& file) {
     ::close(fd);
     if (!taken) return;
     throw UsageError(file.string() + ": " + holder +
-                     " is writing it; wait for that or choose another name (-o)");
+                     " is writing it; wait for that or choose another name");
   }
 }
 

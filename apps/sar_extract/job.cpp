@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "memory_limit.h"
 #include "model_place.h"
 #include "output_files.h"
 #include "output_lock.h"
@@ -190,11 +191,10 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   ExtractOptions options = o.extract;
   options.model_sha256 = sha256;
   options.monitor = monitor;
-  if (const std::uint64_t limit = o.shared.max_memory_bytes; limit > 0) {
-    if (limit <= kBaseMemory)
-      throw UsageError("about " + bytes_text(kBaseMemory) + " are needed before any voxel, more than --max-memory " +
-                       bytes_text(limit));
-    options.max_memory_bytes = limit - kBaseMemory;
+  if (const MemoryLimit limit = memory_limit(o.shared); limit.bytes > 0) {
+    if (limit.bytes <= kBaseMemory)
+      throw UsageError("about " + bytes_text(kBaseMemory) + " are needed before any voxel, and " + limit.text());
+    options.max_memory_bytes = limit.bytes - kBaseMemory;
   }
   Extraction extraction = extract(model, options);
   tell(o, model, extraction, console);

@@ -123,7 +123,7 @@ Options resolve(const Texts& t, const CommandLine& command) {
   o.truth_options.units_m = parse_units_m("--truth-units", t.units);
   o.truth_options.scale = parse_positive("--truth-scale", t.scale);
   o.truth_options.up = t.up == "z" ? UpAxis::z : UpAxis::y;
-  o.images = t.images;
+  o.images = dataset_folder(t.images).string();
   o.overwrite = t.overwrite;
   o.explain = t.explain;
   o.dry_run = t.dry_run;

@@ -44,7 +44,7 @@ std::vector<std::size_t> scattered_places(std::size_t count, std::size_t most) {
   return {places.begin(), places.end()};
 }
 
-std::vector<PosedImage> judged_views(const Options& o, const Dataset& dataset,
+std::vector<PosedImage> judged_views(const Options& o, const Dataset& dataset, app::Console& console,
                                      const Monitor& monitor) {
   const Dataset other = read_manifest(o.against);
   const std::string name = "--against " + o.against.string();
@@ -60,6 +60,7 @@ std::vector<PosedImage> judged_views(const Options& o, const Dataset& dataset,
     chosen.push_back(unseen[n]);
   std::vector<PosedImage> views = load_images(o.against, other, chosen, monitor);
   for (PosedImage& view : views) view.acquisition.aim_m = glm::dvec3(0.0);
+  for (const Outlier& outlier : limit_outliers(views)) console.warning(outlier_text(outlier, views));
   return views;
 }
 
@@ -131,7 +132,7 @@ void study_learning(const Options& o, const Loading& loading, app::Console& cons
   std::iota(material.all.begin(), material.all.end(), std::size_t{0});
   const TrainingSet set = material.read(monitor);
   for (const Outlier& outlier : set.outliers) console.warning(outlier_text(outlier, set.images));
-  const Judge judge{judged_views(o, material.dataset, monitor), double{set.peak}};
+  const Judge judge{judged_views(o, material.dataset, console, monitor), double{set.peak}};
 
   LearningStudy study;
   study.dataset = o.training.string();

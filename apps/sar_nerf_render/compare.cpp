@@ -76,7 +76,9 @@ std::vector<PosedImage> truth_images(const Job& job, Console& console, const Mon
   if (n_seen > 0)
     console.note(name + ": " + counted(n_seen, "view") +
                  " with the angles of a training view left out");
-  return load_images(o.against, dataset, unseen, monitor);
+  std::vector<PosedImage> images = load_images(o.against, dataset, unseen, monitor);
+  for (const Outlier& outlier : limit_outliers(images)) console.warning(outlier_text(outlier, images));
+  return images;
 }
 
 std::filesystem::path evaluation_file(const Job& job, const Json& request) {

@@ -70,8 +70,6 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
     console.note(o.dataset.string() +
                  " holds amplitudes: they are squared, power is what is learned");
   for (const Outlier& outlier : data.set.outliers) console.warning(outlier_text(outlier, data.set.images));
-  for (const Outlier& outlier : find_outliers(data.validation))
-    console.warning("of the views to compare with: " + outlier_text(outlier, data.validation));
   if (views.size() == 1)
     console.warning(
         "a single view says little of the scene's shape: expect other views to be wrong");
@@ -86,18 +84,32 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
                     (n_repeated == 1 ? " has" : " have") + " the angles of another one: they are averaged, and count twice");
 }
 
+/// A response must fit into the images, with what it spreads. Throws UsageError.
+void require_inside(const Resolution& resolution, const DatasetView& v) {
+  constexpr double kLeastWidths = 4.0;
+  const double azimuth_m = v.n_azimuth * v.azimuth_spacing_m, range_m = v.n_range * v.range_spacing_m;
+  if (resolution.azimuth_m * kLeastWidths <= azimuth_m && resolution.range_m * kLeastWidths <= range_m) return;
+  throw UsageError(format("a resolution of %.4g x %.4g m (azimuth x range) is too coarse for images of %.4g x %.4g m, which show "
+                          "fewer than four of its widths; give %.4g x %.4g m at most",
+                          resolution.azimuth_m, resolution.range_m, azimuth_m, range_m, azimuth_m / kLeastWidths,
+                          range_m / kLeastWidths));
+}
+
 /// What the user told, which must be possible; else what the dataset says, if it is.
 std::optional<Resolution> usable_resolution(const Options& o, const Dataset& dataset, Console& console) {
   const std::optional<Resolution> resolution = o.resolution.or_else(dataset.resolution);
   if (!resolution) return {};
   try {
-    for (const DatasetView& v : dataset.views) impulse_response(*resolution, v.azimuth_spacing_m, v.range_spacing_m);
+    for (const DatasetView& v : dataset.views) {
+      impulse_response(*resolution, v.azimuth_spacing_m, v.range_spacing_m);
+      require_inside(*resolution, v);
+    }
   } catch (const UsageError& error) {
     if (!o.resolution.automatic)
-      throw UsageError(std::string("--resolution: ") + error.what() + " (the spacing is that of the images in " +
+      throw UsageError(std::string("--resolution: ") + error.what() + " (size and spacing are those of the images in " +
                        o.dataset.string() + ", which training cannot change)");
     console.warning(o.dataset.string() + ": its impulse response of " + resolution_text(*resolution) +
-                    " is left out, for no image of its spacing has it; --resolution tells another one");
+                    " is left out, for no image of its size and spacing has it; --resolution gives another one");
     return {};
   }
   return resolution;
@@ -144,6 +156,8 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
     std::move(more.begin(), more.end(), std::back_inserter(data.validation));
   }
   for (PosedImage& image : data.validation) image.acquisition.aim_m = glm::dvec3(0.0);
+  for (const Outlier& outlier : limit_outliers(data.validation))
+    console.warning("of the views to compare with: " + outlier_text(outlier, data.validation));
   data.despeckled = despeckled_if_asked(o.despeckle_deg, data.validation);
   tell_oddities(o, data, console);
   return data;

@@ -74,7 +74,11 @@ Start start_run(const Options& o, const RunFolder& folder, const std::string& co
   if (is_there(folder.config())) {
     compare(o, folder, config);
     if (is_there(folder.checkpoint())) {
-      start.checkpoint = read_archive(folder.checkpoint());
+      try {
+        start.checkpoint = read_archive(folder.checkpoint());
+      } catch (const CheckpointError& error) {
+        throw CheckpointError(std::string(error.what()) + "; the same command with --overwrite begins again");
+      }
       const RunState state = run_state(*start.checkpoint, folder.checkpoint().string());
       if (state.dataset_sha256 != fingerprint)
         refuse(folder, "it was trained on other images: the dataset has changed since");

@@ -6,6 +6,7 @@
 
 #include <mutex>
 #include <opencv2/core/utils/logger.hpp>
+#include <string_view>
 #include <utility>
 
 #include "image_header.h"
@@ -61,6 +62,15 @@ class SilentStderr {
   }
 };
 
+/// Whether a JPEG file ends within its last scan: its library fills in grey and only prints a warning. Within the data of a scan
+/// 0xFF is followed by 0 or a restart marker, so that an end marker (0xFFD9) behind the last start of a scan (0xFFDA) is one.
+bool is_cut_jpeg(std::span<const std::byte> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (!text.starts_with("\xFF\xD8\xFF")) return false;
+  const auto scan = text.rfind("\xFF\xDA"), end = text.rfind("\xFF\xD9");
+  return scan == std::string_view::npos || end == std::string_view::npos || end < scan;
+}
+
 }  // namespace
 
 std::vector<std::byte> encode(const char* extension, const cv::Mat& mat,
@@ -82,6 +92,7 @@ cv::Mat decode(std::span<const std::byte> bytes, const std::string& where) {
   silence_opencv();
   if (bytes.empty()) throw InputError(where + ": expected an image, found an empty file");
   require_plausible(read_image_header(bytes, where), bytes.size(), where);
+  if (is_cut_jpeg(bytes)) throw InputError(where + ": the JPEG image has no end; the file is truncated");
   // A const view suffices: the decoder only reads.
   const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
                         const_cast<std::byte*>(bytes.data()));

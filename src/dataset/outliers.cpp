@@ -11,7 +11,7 @@ namespace sarnerf {
 namespace {
 
 constexpr float kGap = 10.0f;
-constexpr std::size_t kPixelsForEach = 100'000, kImagesForEach = 4;
+constexpr std::size_t kPixelsForEach = 10'000, kImagesForEach = 4;
 
 struct Dimmer {
   bool operator()(const Outlier& a, const Outlier& b) const { return a.power > b.power; }

@@ -19,6 +19,8 @@ float mean_of_brightest(const std::vector<PosedImage>& images) {
   for (const PosedImage& image : images)
     for (const float p : image.power.pixels())
       if (p > 0.0f) positive.push_back(p);
+  if (positive.empty())
+    throw InputError("nothing is left of the images without their impulse response; is its resolution right?");
   const std::size_t n = std::max<std::size_t>(1, positive.size() / 100);
   std::nth_element(positive.begin(), positive.begin() + static_cast<std::ptrdiff_t>(n) - 1, positive.end(),
                    std::greater<>());

@@ -226,6 +226,8 @@ TEST_CASE("what training cannot change is not advised") {
   const SmallScene scene(1);
   CHECK(scene.train({"data", "-o", "run", "--resolution", "0.1"}).is_error("which training cannot change"));
   CHECK(scene.train({"data", "-o", "run", "--resolution", "0.1"}).err.find("--spacing") == std::string::npos);
+  for (const char* coarse : {"5", "100", "0.9,100"})
+    CHECK(scene.train({"data", "-o", "run", "--resolution", coarse}).is_error("too coarse for images"));
   const Outcome memory = scene.train({"data", "-o", "run", "--max-memory", "1M"});
   CHECK(memory.is_error("the images of 1 view "));
   CHECK(memory.err.find("fewer") == std::string::npos);

@@ -213,3 +213,17 @@ TEST_CASE("the size of an image is read without its pixels") {
   write_text(folder / "b.tif", "no image");
   CHECK_THROWS_AS(read_image_size(folder / "b.tif"), InputError);
 }
+
+TEST_CASE("a JPEG file that was cut is refused, wherever it was cut") {
+  const cv::Mat picture(64, 64, CV_8UC1, cv::Scalar(90));
+  std::vector<unsigned char> whole;
+  REQUIRE(cv::imencode(".jpg", picture, whole));
+  const ScratchFolder folder;
+  const auto written = [&](std::size_t n) {
+    write_text(folder / "a.jpg", {reinterpret_cast<const char*>(whole.data()), n});
+    return folder / "a.jpg";
+  };
+  CHECK(read_image(written(whole.size())).n_azimuth() == 64);
+  for (const std::size_t n : {whole.size() - 2, whole.size() - 20, whole.size() / 2})
+    CHECK_THROWS_AS(read_image(written(n)), InputError);
+}

@@ -53,6 +53,17 @@ TEST_CASE("an outlier does not hide behind a larger one") {
   CHECK(limit_outliers(images).size() == 2);
 }
 
+TEST_CASE("several damaged pixels are found, in one view or in a quarter of the views") {
+  std::vector<PosedImage> images = speckled_views(36, 20);
+  for (const std::size_t v : {3u, 9u, 17u, 30u}) images[v].power(static_cast<int>(v), 5) = 1e6f;
+  CHECK(limit_outliers(images).size() == 4);
+  images[3].power(1, 1) = images[3].power(1, 2) = 1e6f;
+  images[3].power(2, 1) = 1e5f;
+  images[9].power(9, 9) = 1e30f;
+  CHECK(limit_outliers(images).size() == 4);
+  CHECK(find_outliers(images).empty());
+}
+
 TEST_CASE("speckle, glints, flashes and points are no outliers") {
   for (unsigned seed = 3; seed < 13; ++seed) CHECK(find_outliers(speckled_views(36, seed)).empty());
 

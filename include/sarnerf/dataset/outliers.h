@@ -22,7 +22,7 @@ struct Outlier {
 ///
 /// A scatterer is seen in more than one pixel: the impulse response spreads it, and other views see it, too. So the
 /// powers of a set of images go up to the largest without a gap. Pixels above the lowest gap of a factor of ten among the
-/// largest powers are outliers if they are at most one in 100,000 (or a single one) and lie in at most a quarter of the
+/// largest powers are outliers if they are at most one in 10,000 (or a single one) and lie in at most a quarter of the
 /// images; sets of fewer than four images have none. A flash of a wall, which is bright in one view only, has more pixels
 /// than that. Neither the solids, vehicles and buildings that this project measures with, clean or speckled, nor any of the
 /// ten classes of MSTAR has an outlier.
