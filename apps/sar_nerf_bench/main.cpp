@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_nerf_bench: how good learned fields are after how many seconds, beside the paper's way of learning.
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <vector>
@@ -60,15 +61,17 @@ void write(const std::filesystem::path& folder, const nlohmann::ordered_json& en
 std::string plan_text(const Options& o) {
   const Dataset training = read_manifest(o.training), against = read_manifest(o.against);
   double total_s = 0.0;
-  std::string text = format("plan\n  learned from  %zu views of %s\n  scored on     up to %zu of %zu views of %s\n",
-                            training.views.size(), o.training.c_str(), o.n_views, against.views.size(), o.against.c_str());
+  std::string text = format("plan\n  learned from  %s of %s\n  scored on     up to %zu of %s of %s\n",
+                            counted(training.views.size(), "view").c_str(), o.training.c_str(),
+                            std::min(o.n_views, against.views.size()),
+                            counted(against.views.size(), "view").c_str(), o.against.c_str());
   for (const auto& [field, times_s] : o.contest) {
     text += format("  %-13s", field.c_str());
     for (const double time_s : times_s) {
       text += format(" %g s", time_s);
       total_s += time_s * o.n_seeds;
     }
-    text += format(", %d seed%s\n", o.n_seeds, o.n_seeds == 1 ? "" : "s");
+    text += ", " + counted(static_cast<std::uint64_t>(o.n_seeds), "seed") + "\n";
   }
   return text + format("  time          %g s of training, and the scoring\n  output        %s/\n", total_s, o.output.c_str());
 }

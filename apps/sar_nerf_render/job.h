@@ -22,8 +22,8 @@ struct Job {
   Json request;                    ///< of the recipe
 };
 
-/// Reads the model and places the views; warns of what it ignores. Throws CheckpointError for a bad model, GeometryError for impossible views,
-/// UsageError for more memory than allowed.
+/// Reads the model and sets up the views; warns of what it ignores. Throws CheckpointError for a bad model, GeometryError
+/// for impossible views, UsageError for more memory than allowed.
 Job prepare(const Options& options, Console& console);
 
 /// The view's image in the quantity asked for. Throws NumericsError when a pixel is not finite.
