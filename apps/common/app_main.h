@@ -1,16 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <functional>
 #include <optional>
 
 #include "console.h"
-#include "exit_code.h"
-#include "interrupt.h"
 #include "process.h"
 #include "sarnerf/core/parallel.h"
-#include "shared_options.h"
 
 namespace sarnerf::app {
+
+class Console;
+
+/// What every program returns to its caller (docs/design.md).
+enum ExitCode : int {
+  kDone = 0,
+  kFailure = 1,      ///< at run time: a full disk, no memory left
+  kUsage = 2,        ///< options contradict, output exists, more memory than allowed, no such view
+  kBadInput = 3,
+  kNumerics = 4,
+  kInterrupted = 130,
+};
+
+/// Runs the body of a program and turns what it throws into one line on the console and an exit code:
+/// the only place that does.
+int run_program(Console& console, const std::function<void()>& body);
+
+/// Set by the first SIGINT or SIGTERM after catch_signals(): computations stop at their next clean point
+/// (Monitor::stop). The second one ends the process at once with exit code 130.
+const std::atomic<bool>& stop_requested();
+
+/// Installs the handlers, and lets a write beyond the limit on file sizes (SIGXFSZ) fail with an error
+/// instead of killing the process.
+void catch_signals();
 
 /// Sets the number of threads to what can work, and warns where that is fewer than were asked for.
 void take_threads(SharedOptions& options, Console& console);

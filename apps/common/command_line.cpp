@@ -3,17 +3,119 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
+#include <vector>
 
-#include "config_file.h"
-#include "console.h"
-#include "option_names.h"
-#include "sarnerf/core/error.h"
-#include "sarnerf/core/input_file.h"
-#include "sarnerf/core/parallel.h"
-#include "values.h"
 #include "version.h"
+#include <CLI/CLI.hpp>
+
+#include "console.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/text.h"
+#include "values.h"
 
 namespace sarnerf::app {
+
+/// Long names of a parser's options, without dashes, and its positionals in lower case: "pitch", "scene".
+std::vector<std::string> option_names(const CLI::App& parser);
+
+/// A positional by its name in lower case; null when there is none.
+const CLI::Option* find_positional(const CLI::App& parser, const std::string& lower_name);
+
+/// " (--pitch?)", the known name nearest to an unknown one, or nothing; `dashes` goes before it.
+std::string did_you_mean(const CLI::App& parser, const std::string& unknown, const std::string& dashes);
+
+/// The reader behind --config: a TOML file without sections, with the names of the options (and of the
+/// positional in lower case), values as numbers, true or false, texts, or arrays of them for lists. It does
+/// not lean on CLI11's own reader, which differs from version to version and does not say where it failed.
+/// Each complaint is an InputError that names file and line.
+class ConfigFile : public CLI::ConfigTOML {
+ public:
+  explicit ConfigFile(const CLI::App& parser) : parser_(parser) {}
+
+  void same_meaning(std::vector<std::string> long_names) {
+    groups_.push_back(std::move(long_names));
+  }
+
+  /// Called after the command line has been read. Leaves out what the command line says in other words.
+  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override;
+
+ private:
+  bool overruled(const std::string& name) const;
+  std::string file() const;
+
+  const CLI::App& parser_;
+  std::vector<std::vector<std::string>> groups_;
+};
+
+std::vector<std::string> option_names(const CLI::App& parser) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : parser.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back(name);
+    if (option->get_positional()) names.push_back(CLI::detail::to_lower(option->get_name(true)));
+  }
+  return names;
+}
+
+const CLI::Option* find_positional(const CLI::App& parser, const std::string& lower_name) {
+  for (const CLI::Option* option : parser.get_options()) {
+    if (option->get_positional() && CLI::detail::to_lower(option->get_name(true)) == lower_name) return option;
+  }
+  return nullptr;
+}
+
+std::string did_you_mean(const CLI::App& parser, const std::string& unknown, const std::string& dashes) {
+  const std::string close = closest_name(unknown, option_names(parser));
+  return close.empty() ? "" : " (" + dashes + close + "?)";
+}
+
+bool ConfigFile::overruled(const std::string& name) const {
+  return std::any_of(groups_.begin(), groups_.end(), [&](const auto& group) {
+    return std::find(group.begin(), group.end(), name) != group.end() &&
+           std::any_of(group.begin(), group.end(), [&](const std::string& other) {
+             return parser_.get_option("--" + other)->count() > 0;
+           });
+  });
+}
+
+std::string ConfigFile::file() const {
+  const CLI::Option* config = parser_.get_config_ptr();
+  return config->results().empty() ? "--config" : config->results().front();
+}
+
+std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const {
+  const std::string path = file();
+  std::vector<CLI::ConfigItem> kept;
+  for (const FlatItem& found : read_flat_toml(input, path)) {
+    const std::string place = path + ":" + std::to_string(found.line) + ": ";
+    const CLI::Option* option = parser_.get_option_no_throw("--" + found.name);
+    CLI::ConfigItem item;
+    item.name = found.name;
+    if (option == nullptr) {
+      option = find_positional(parser_, found.name);
+      if (option == nullptr) {
+        throw InputError(place + "unknown option '" + found.name + "'" + did_you_mean(parser_, found.name, "") +
+                         "; expected a name that " + parser_.get_name() + " --help lists, without its dashes");
+      }
+      item.name = option->get_name(true);
+    }
+    if (!option->get_configurable()) {
+      throw InputError(place + "'" + found.name + "' belongs on the command line, not into a configuration file");
+    }
+    const bool flag = option->get_items_expected_max() == 0;
+    if (flag && (found.values.size() != 1 || (found.values[0] != "true" && found.values[0] != "false"))) {
+      throw InputError(place + "'" + found.name + "': expected true or false, found '" +
+                       CLI::detail::join(found.values, ",") + "'");
+    }
+    if (overruled(found.name)) continue;
+    item.inputs = {CLI::detail::join(found.values, ",")};
+    kept.push_back(std::move(item));
+  }
+  return kept;
+}
+
 namespace {
 
 constexpr const char* kGroup = "Program";

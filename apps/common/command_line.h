@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "shared_options.h"
+#include "process.h"
 
 namespace sarnerf::app {
 

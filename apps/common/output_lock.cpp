@@ -1,20 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "output_lock.h"
 
+#include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <system_error>
+
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <fstream>
-
 #include "console.h"
 #include "sarnerf/core/error.h"
 
 namespace sarnerf::app {
+
+std::filesystem::path without_slash(const std::filesystem::path& folder) {
+  return folder.has_filename() ? folder : folder.parent_path();
+}
+
+std::filesystem::path dataset_folder(const std::filesystem::path& dataset) {
+  if (dataset.filename() != "dataset.json") return without_slash(dataset);
+  return dataset.has_parent_path() ? dataset.parent_path() : std::filesystem::path(".");
+}
+
+std::filesystem::path full_path(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return without_slash(std::filesystem::weakly_canonical(path, ignored));
+}
+
 namespace {
 
 /// Whether the open file is still the one of this name: its last holder may have removed it meanwhile.
@@ -91,6 +107,19 @@ void OutputLock::release() {
     ::close(held.fd);
   }
   held_.clear();
+}
+
+FolderLock::FolderLock(const std::filesystem::path& folder)
+    : fd_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (fd_ < 0 || ::flock(fd_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  const std::string holder = lock_holder(fd_);
+  ::close(fd_);
+  throw UsageError(folder.string() + ": " + holder +
+                   " is writing there; wait for that or choose another folder (-o)");
+}
+
+FolderLock::~FolderLock() {
+  if (fd_ >= 0) ::close(fd_);
 }
 
 }  // namespace sarnerf::app

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <glm/glm.hpp>
+#include <istream>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include <glm/glm.hpp>
 
 namespace sarnerf::app {
 
@@ -57,5 +59,23 @@ double parse_seconds(std::string_view option, std::string_view text);
 
 /// "1.5 GiB".
 std::string bytes_text(std::uint64_t bytes);
+
+/// Limits of altitude and slant range: beyond the moon's orbit, or on a laboratory's table, nothing is a SAR.
+inline constexpr double kNearestRadar_m = 1e-3, kFarthestRadar_m = 1e9;
+
+/// Incidences (deg) of --pitch or --depression, as parse_angles_deg() reads them; none where both are empty. Throws
+/// UsageError for angles that no view can have and where the two contradict each other.
+std::vector<double> incidences_deg(const std::string& pitch, const std::string& depression);
+
+/// One `name = value` of a file.
+struct FlatItem {
+  std::string name;
+  std::vector<std::string> values;  ///< one, or those of an array; quotes removed
+  int line = 0;                     ///< from 1
+};
+
+/// Reads a TOML file without sections; `file` goes into messages. Throws InputError with file and line for
+/// whatever TOML does not allow, for sections, dates and lists of lists, and for names of thousands of parts.
+std::vector<FlatItem> read_flat_toml(std::istream& input, const std::string& file);
 
 }  // namespace sarnerf::app

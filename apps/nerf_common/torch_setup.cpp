@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "torch_setup.h"
 
+#include <system_error>
+
 #include <ATen/Parallel.h>
 #include <dlfcn.h>
 #include <torch/version.h>
 
-#include "sarnerf/nerf/blas_check.h"
+#include "output_lock.h"
+#include "sarnerf/nerf/mlp_network.h"
 
 namespace sarnerf::app {
+
 namespace {
 
 /// The library for matrix products, by a function that it alone has.
@@ -42,6 +46,31 @@ void warn_of_slow_blas(MlpKernel kernel, Console& console) {
 
 std::string torch_text() {
   return std::string("LibTorch " TORCH_VERSION ", ") + blas_name();
+}
+
+namespace {
+
+constexpr const char* kModel = "model.pt";
+
+}  // namespace
+
+std::filesystem::path model_file(const std::filesystem::path& model) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(model, ignored) ? model / kModel : model;
+}
+
+std::string model_name(const std::filesystem::path& model) {
+  const std::filesystem::path full = full_path(model);
+  return (full.filename() == kModel ? full.parent_path().filename() : full.stem()).string();
+}
+
+Model open_model(const std::filesystem::path& model, Console& console) {
+  const std::filesystem::path file = model_file(model);
+  Model read = read_model(file);
+  if (!read.ignored.empty())
+    console.warning(file.string() + ": was written by an older version and holds " + read.ignored +
+                    ", which are ignored: views are what the field renders");
+  return read;
 }
 
 }  // namespace sarnerf::app

@@ -6,9 +6,14 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
 #include "console.h"
+#include "sarnerf/report/plot.h"
 
 namespace sarnerf::bench {
 
@@ -62,5 +67,42 @@ struct ExtractionRun {
 /// Interrupted.
 void study_extraction(const ExtractionOptions& options, app::Console& console,
                       const std::function<void(const std::vector<ExtractionRun>&)>& finished);
+
+/// The sub-command `extraction`, which fills the options in.
+CLI::App& add_extraction_command(CLI::App& app, ExtractionOptions& options);
+
+/// Measures, and writes extraction.json, extraction.md and the diagrams into the output folder, anew after each run; prints
+/// the table. Throws UsageError where another study is in the way.
+void run_extraction_command(const ExtractionOptions& options, app::Console& console);
+
+/// Runs that differ by their seed alone.
+struct ExtractionGroup {
+  std::string scene;
+  ViewSet views;
+  double planned_s = 0.0;
+  std::vector<const ExtractionRun*> ended;  ///< of them, those that did not fail
+};
+
+/// In the order of their first run.
+std::vector<ExtractionGroup> groups_of(const std::vector<ExtractionRun>& runs);
+
+/// A quantity of a run, as &ExtractionRun::iou.
+using ExtractionQuantity = double ExtractionRun::*;
+
+/// Over the seeds. Not a number where nothing was measured.
+struct Spread {
+  double mean = ExtractionRun::kUnknown, least = ExtractionRun::kUnknown, most = ExtractionRun::kUnknown;
+};
+Spread spread_of(const ExtractionGroup& group, ExtractionQuantity quantity);
+
+/// Diagrams and the names of their files: for each scene IoU and visible-surface Chamfer distance, against seconds of training
+/// (a line for each set of views) and against the number of views (a line for each planned time, and carving). Means over
+/// seeds, bars from the least to the largest. Without what failed.
+std::vector<std::pair<std::string, Plot>> extraction_diagrams(const std::vector<ExtractionRun>& runs);
+
+/// A row for each scene, set of views and time, means over seeds, in Markdown.
+std::string extraction_table(const std::vector<ExtractionRun>& runs);
+
+nlohmann::json extraction_json(const std::vector<ExtractionRun>& runs);
 
 }  // namespace sarnerf::bench

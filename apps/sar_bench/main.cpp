@@ -3,19 +3,15 @@
 #include <CLI/CLI.hpp>
 
 #include "console.h"
-#include "exit_code.h"
-#include "sarnerf/core/atomic_file.h"
-#include "sarnerf/core/closest_name.h"
+#include "app_main.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/text.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
 #include "sarnerf/core/parallel.h"
-#include "accuracy_diagram.h"
-#include "extraction_command.h"
-#include "learning.h"
-#include "output_lock.h"
-#include "sarnerf/report/raster.h"
 #include "studies.h"
-#include "study_accuracy.h"
+#include "extraction.h"
+#include "output_lock.h"
+#include "sarnerf/report/plot.h"
 
 namespace {
 

@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
+#include "sarnerf/render/engine.h"
+#include "sarnerf/report/plot.h"
 #include "sarnerf/scene/scene.h"
 
 namespace sarnerf::bench {
@@ -48,5 +55,99 @@ nlohmann::json study_voxel(const StudyOptions& options);
 
 /// Machine, compiler, revision, threads: printed with every result.
 nlohmann::json environment();
+
+/// Seconds of repeated runs, with the robust figures that are quoted.
+struct Timing {
+  std::vector<double> seconds;
+  double quantile(double q) const;
+  double median() const { return quantile(0.5); }
+};
+
+/// Runs all contenders in turn, `rounds` times after one warm-up, so that drift of the machine meets
+/// them alike and ratios between them can be trusted more than their times.
+std::vector<Timing> run_in_turn(const std::vector<std::function<void()>>& contenders, int rounds);
+
+/// Median of a / b, pair by pair.
+double ratio(const Timing& a, const Timing& b);
+
+/// Median and quartiles of a / b, pair by pair.
+nlohmann::json ratio_json(const Timing& a, const Timing& b);
+
+/// Median and quartiles, in nanoseconds for each of `count` items.
+nlohmann::json nanoseconds_json(const Timing& timing, double count);
+
+struct NamedScene {
+  std::string name;
+  Scene scene;
+};
+
+/// The scenes named in the options, or two generated ones.
+std::vector<NamedScene> load_scenes(const StudyOptions& options);
+
+/// The view that all studies take, centred on the scene.
+Acquisition standard_view(const Scene& scene, const StudyOptions& options);
+
+/// A closed, bumpy sphere of about `n_triangles` and the given mean radius (m), standing on y = 0: the
+/// same shape at every resolution, so that only the number of triangles changes.
+Scene bumpy_sphere(std::uint64_t n_triangles, double radius_m);
+
+/// Another program of the same build or installation. Throws Error where it is missing.
+std::filesystem::path program_beside(const std::string& name);
+
+/// One word of a shell's line, whatever characters it has.
+std::string quoted(const std::string& word);
+
+/// Runs such a program, drops what it prints on stdout, and waits for it. Returns its exit code; throws Interrupted
+/// where it was told to stop.
+int run_beside(const std::string& name, const std::vector<std::string>& arguments);
+
+/// One setting of one scene: what it costs and how far it is from the reference.
+struct Accuracy {
+  std::string engine;
+  std::string integrator = "exact";
+  double voxel_bins = 0.0;  ///< side in range bins; 0 for the surface engine
+  int n_elevation = 0, n_sub_rows = 0;
+  bool automatic = false;
+  double seconds = 0.0;
+  double error = 0.0;       ///< E against the reference
+  double db_error = 0.0;    ///< 95th percentile within 30 dB of the peak
+  double estimate = 0.0;    ///< of E, by the render itself
+  double estimating = 1.0;  ///< time with the estimate over time without
+};
+
+/// What asking for a tolerance gave.
+struct ToleranceResult {
+  double tolerance = 0.0;
+  int n_elevation = 0, n_sub_rows = 0, n_renders = 0;
+  double seconds = 0.0;  ///< pilots and all
+  double estimate = 0.0, error = 0.0;
+  double n_rays = 0.0;   ///< elevations × slices a row, pilots and all: the cost that does not depend on the clock
+  double best_n_rays = std::numeric_limits<double>::quiet_NaN();  ///< least of a swept setting that meets it
+  double best_s = std::numeric_limits<double>::quiet_NaN();  ///< of the cheapest swept setting that meets it
+};
+
+struct SceneAccuracy {
+  std::string scene;
+  std::vector<Accuracy> settings;
+  std::vector<ToleranceResult> tolerances;
+};
+
+/// Error against time of every setting, for each scene, against a converged reference; and what --error makes of
+/// it. One thread.
+std::vector<SceneAccuracy> study_accuracy(const StudyOptions& options);
+
+nlohmann::json accuracy_json(const std::vector<SceneAccuracy>& results);
+
+/// `sar_bench learning …`: becomes the sar_nerf_bench of the same build or installation, with the
+/// arguments behind the study's name. A program of its own because this one loads no LibTorch. Returns
+/// only by throwing Error, where that program is missing.
+[[noreturn]] void become_learning_bench(int argc, char** argv);
+
+/// The work–precision diagram of one scene: error over time of every setting, both logarithmic, with the
+/// settings that nothing beats joined by a line.
+Plot accuracy_diagram(const SceneAccuracy& scene);
+
+/// Scenes by settings, as Markdown: what the automatic setting, coarser and finer ones, and tolerances give.
+std::string accuracy_table(const std::vector<SceneAccuracy>& scenes);
 
 }  // namespace sarnerf::bench

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study_accuracy.h"
-
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <optional>
 
+#include "reference/section_reference.h"
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/core/parallel.h"
-#include "sarnerf/render/section_reference.h"
-#include "sarnerf/render/surface_engine.h"
-#include "sarnerf/render/tolerance.h"
-#include "sarnerf/render/voxel_engine.h"
-#include "sarnerf/scene/voxelise.h"
-#include "timing.h"
-#include "view.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/render/engine.h"
+#include "sarnerf/report/page.h"
+#include "sarnerf/scene/vdb_scene.h"
+#include "studies.h"
 
 namespace sarnerf::bench {
+
 namespace {
 
 /// Settings that are swept: ray spacings in automatic ones, slices a row, voxels in range bins.
@@ -135,6 +135,173 @@ std::vector<SceneAccuracy> study_accuracy(const StudyOptions& options) {
     results.push_back(std::move(out));
   }
   return results;
+}
+
+namespace {
+
+nlohmann::json json_of(const Accuracy& a) {
+  nlohmann::json j{{"engine", a.engine},
+                   {"elevations", a.n_elevation},
+                   {"sub_rows", a.n_sub_rows},
+                   {"automatic", a.automatic},
+                   {"ms", a.seconds * 1e3},
+                   {"error", a.error},
+                   {"db_error_p95", a.db_error},
+                   {"estimate", a.estimate},
+                   {"estimating_over_not", a.estimating}};
+  if (a.voxel_bins > 0.0) {
+    j["voxel_bins"] = a.voxel_bins;
+    j["integrator"] = a.integrator;
+  }
+  return j;
+}
+
+nlohmann::json json_of(const ToleranceResult& t) {
+  return {{"tolerance", t.tolerance},     {"elevations", t.n_elevation}, {"sub_rows", t.n_sub_rows},
+          {"renders", t.n_renders},       {"ms", t.seconds * 1e3},       {"estimate", t.estimate},
+          {"error", t.error},             {"best_ms", t.best_s * 1e3},   {"time_over_best", t.seconds / t.best_s},
+          {"rays_over_best", t.n_rays / t.best_n_rays}};
+}
+
+}  // namespace
+
+nlohmann::json accuracy_json(const std::vector<SceneAccuracy>& results) {
+  nlohmann::json scenes = nlohmann::json::array();
+  std::size_t n_estimates = 0, n_good = 0, n_tolerances = 0, n_met = 0, n_cheap = 0;
+  for (const SceneAccuracy& scene : results) {
+    nlohmann::json settings = nlohmann::json::array(), tolerances = nlohmann::json::array();
+    for (const Accuracy& a : scene.settings) {
+      settings.push_back(json_of(a));
+      if (a.integrator != "exact" || std::isnan(a.estimate)) continue;
+      ++n_estimates;
+      n_good += a.estimate >= 0.5 * a.error && a.estimate <= 3.0 * a.error;
+    }
+    for (const ToleranceResult& t : scene.tolerances) {
+      tolerances.push_back(json_of(t));
+      ++n_tolerances;
+      n_met += t.error <= t.tolerance;
+      n_cheap += t.seconds <= 2.0 * t.best_s;
+    }
+    scenes.push_back({{"scene", scene.scene}, {"settings", settings}, {"tolerances", tolerances}});
+  }
+  return {{"scenes", scenes},
+          {"estimates", {{"renders", n_estimates}, {"between_half_and_three_times_the_error", n_good}}},
+          {"tolerances", {{"asked", n_tolerances}, {"met", n_met}, {"within_twice_the_best_time", n_cheap}}}};
+}
+
+namespace {
+
+PlotPoint point(const Accuracy& a) { return {a.seconds * 1e3, a.error * 100.0, {}, {}}; }
+
+bool drawn(const Accuracy& a) { return a.error > 0.0 && a.seconds > 0.0; }
+
+PlotSeries series(const SceneAccuracy& scene, const std::string& name, PlotMarker marker, PlotLine line,
+                  const std::function<bool(const Accuracy&)>& wanted) {
+  PlotSeries s;
+  s.name = name;
+  s.marker = marker;
+  s.line = line;
+  for (const Accuracy& a : scene.settings) {
+    if (drawn(a) && wanted(a)) s.points.push_back(point(a));
+  }
+  return s;
+}
+
+/// Settings that no other one beats in both time and error, cheapest first.
+PlotSeries pareto_front(const SceneAccuracy& scene) {
+  std::vector<Accuracy> sorted;
+  std::ranges::copy_if(scene.settings, std::back_inserter(sorted), drawn);
+  std::ranges::sort(sorted, {}, &Accuracy::seconds);
+  PlotSeries front;
+  front.name = "Pareto front";
+  front.marker = PlotMarker::ring;
+  front.emphasised = true;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Accuracy& a : sorted) {
+    if (a.error >= least) continue;
+    least = a.error;
+    front.points.push_back(point(a));
+  }
+  return front;
+}
+
+/// Of the surface engine, the setting with these densities relative to the automatic one.
+const Accuracy* find(const SceneAccuracy& scene, double rays, double slices) {
+  const auto automatic = std::ranges::find_if(scene.settings, &Accuracy::automatic);
+  if (automatic == scene.settings.end()) return nullptr;
+  const Accuracy* best = nullptr;
+  double least = 0.02;  // rays are whole numbers
+  for (const Accuracy& a : scene.settings) {
+    if (a.engine != "surface" || a.n_sub_rows != static_cast<int>(automatic->n_sub_rows * slices + 0.5)) continue;
+    const double off = std::abs(double(a.n_elevation) / automatic->n_elevation / rays - 1.0);
+    if (off < least) {
+      least = off;
+      best = &a;
+    }
+  }
+  return best;
+}
+
+std::string cell(double error, double seconds) {
+  return format("%.2g %% in %.3g ms", 100.0 * error, 1e3 * seconds);
+}
+
+std::string cell(const Accuracy* a) { return a == nullptr ? "" : cell(a->error, a->seconds); }
+
+}  // namespace
+
+Plot accuracy_diagram(const SceneAccuracy& scene) {
+  Plot plot;
+  plot.title = "Error against time: " + scene.scene;
+  plot.subtitle = "one view, one thread; against exact visibility in double precision";
+  plot.x = {"time of a view (ms)", AxisScale::log, {}, {}};
+  plot.y = {"error E (%)", AxisScale::log, {}, {}};
+  plot.height_px = 600.0;
+  const auto voxels = [](const char* integrator) {
+    return [integrator](const Accuracy& a) { return a.engine == "voxel" && a.integrator == integrator; };
+  };
+  plot.series.push_back(series(scene, "surface engine, rays and slices swept", PlotMarker::circle, PlotLine::none,
+                               [](const Accuracy& a) { return a.engine == "surface"; }));
+  plot.series.push_back(series(scene, "voxels of 1, 1/2, 1/4 bin, exact", PlotMarker::square, PlotLine::solid, voxels("exact")));
+  plot.series.push_back(series(scene, "the same, midpoint", PlotMarker::triangle, PlotLine::dashed, voxels("midpoint")));
+  plot.series.push_back(series(scene, "the same, paper", PlotMarker::diamond, PlotLine::dashed, voxels("paper")));
+  plot.series.push_back(series(scene, "the same, paper-gated", PlotMarker::triangle_down, PlotLine::dashed, voxels("paper-gated")));
+  plot.series.push_back(pareto_front(scene));
+  PlotSeries tolerant;
+  tolerant.name = "--error 5 %, 1 %, 0.2 %, pilots and estimates included";
+  tolerant.marker = PlotMarker::cross;
+  tolerant.line = PlotLine::none;
+  for (const ToleranceResult& t : scene.tolerances) {
+    if (t.error > 0.0) tolerant.points.push_back({t.seconds * 1e3, t.error * 100.0, {}, {}});
+  }
+  plot.series.push_back(tolerant);
+  std::erase_if(plot.series, [](const PlotSeries& s) { return s.points.empty(); });
+  for (const Accuracy& a : scene.settings) {
+    if (a.automatic && drawn(a)) plot.notes.push_back({a.seconds * 1e3, a.error * 100.0, "automatic"});
+  }
+  return plot;
+}
+
+std::string accuracy_table(const std::vector<SceneAccuracy>& scenes) {
+  std::vector<std::vector<std::string>> rows;
+  for (const SceneAccuracy& scene : scenes) {
+    const Accuracy* automatic = find(scene, 1.0, 1.0);
+    std::vector<std::string> row{scene.scene, cell(find(scene, 0.25, 2.0 / 9.0)), cell(find(scene, 0.5, 1.0 / 3.0)),
+                                 cell(automatic), cell(find(scene, 2.0, 2.0)),
+                                 automatic == nullptr ? "" : format("%.2g %%", 100.0 * automatic->estimate)};
+    for (const ToleranceResult& t : scene.tolerances) row.push_back(cell(t.error, t.seconds));
+    rows.push_back(row);
+  }
+  return markdown_table({{"scene"},
+                         {"1/4 rays, 2 slices"},
+                         {"1/2 rays, 3 slices"},
+                         {"automatic"},
+                         {"2 x rays, 18 slices"},
+                         {"automatic says"},
+                         {"--error 5%"},
+                         {"--error 1%"},
+                         {"--error 0.2%"}},
+                        rows);
 }
 
 }  // namespace sarnerf::bench

@@ -6,13 +6,10 @@
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/mpa/volume_march.h"
-#include "sarnerf/render/surface_engine.h"
-#include "sarnerf/render/voxel_engine.h"
-#include "sarnerf/scene/voxelise.h"
+#include "sarnerf/render/engine.h"
+#include "sarnerf/scene/vdb_scene.h"
 #include "studies.h"
-#include "timing.h"
-#include "view.h"
-#include "visible_extent.h"
+#include "plan.h"
 
 namespace sarnerf::bench {
 namespace {

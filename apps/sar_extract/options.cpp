@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "options.h"
+#include "job.h"
 
 #include <cctype>
 
 #include "command_line.h"
-#include "folder_name.h"
-#include "model_place.h"
-#include "sarnerf/bake/write_mesh.h"
+#include "output_lock.h"
+#include "torch_setup.h"
+#include "sarnerf/bake/surface_mesh.h"
 #include "sarnerf/core/error.h"
 #include "values.h"
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app_main.h"
-#include "dataset_output.h"
-#include "phoenix_output.h"
-#include "summary.h"
+#include "job.h"
 
 namespace sarnerf::app {
 namespace {

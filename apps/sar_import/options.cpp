@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "options.h"
+#include "job.h"
 
 #include <array>
 #include <string_view>
 
 #include "command_line.h"
 #include "console.h"
-#include "sarnerf/core/closest_name.h"
+#include "sarnerf/core/text.h"
 #include "sarnerf/core/error.h"
 #include "values.h"
 #include "version.h"
-#include "view_angles.h"
 
 namespace sarnerf::app {
 namespace {

@@ -7,6 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
+#include "sarnerf/report/plot.h"
+
 namespace sarnerf::bench {
 
 /// Where a run stood at one moment.
@@ -51,5 +55,16 @@ std::optional<double> seconds_to(const LearningRun& run, double psnr_db);
 /// seeds the median, none where half of them or more never did.
 std::optional<double> seconds_to(const LearningStudy& study, const std::string& field,
                                  double psnr_db);
+
+/// PSNR against seconds. Of a field with runs of several planned times: what each run had reached at its
+/// end, joined, and dashed the course of the longest; else the course of its run. Bars reach from the
+/// worst seed to the best. The best baseline is a horizontal line.
+Plot learning_diagram(const LearningStudy& study);
+
+/// Two tables in Markdown: seconds to 30, 35, 40, 45 and 48 dB (and to what `plain` had in the end), and
+/// the runs, means over seeds.
+std::string learning_tables(const LearningStudy& study);
+
+nlohmann::ordered_json learning_json(const LearningStudy& study);
 
 }  // namespace sarnerf::bench

@@ -5,23 +5,21 @@
 #include <span>
 #include <vector>
 
-#include "exit_code.h"
-#include "folder_lock.h"
-#include "interrupt.h"
-#include "learning_output.h"
+#include "app_main.h"
+#include "output_lock.h"
+#include "learning.h"
 #include "output_files.h"
 #include "process.h"
-#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
+#include "sarnerf/core/text.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/dataset/manifest.h"
-#include "sarnerf/nerf/blas_check.h"
-#include "sarnerf/report/raster.h"
+#include "sarnerf/nerf/mlp_network.h"
+#include "sarnerf/report/plot.h"
 #include "study.h"
 #include "torch_setup.h"
 #include "version.h"
-#include "work_clock.h"
 
 namespace sarnerf::bench {
 namespace {

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "options.h"
+#include "study.h"
 
 #include <algorithm>
 #include <map>
 #include <sstream>
 
 #include "command_line.h"
-#include "folder_name.h"
-#include "sarnerf/core/closest_name.h"
+#include "output_lock.h"
+#include "sarnerf/core/text.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/input_text.h"
 #include "values.h"
 
 namespace sarnerf::bench {

@@ -1,15 +1,76 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+#include <cstddef>
+#include <ctime>
+#include <filesystem>
 #include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "console.h"
 #include "learning.h"
-#include "options.h"
-#include "sarnerf/core/monitor.h"
+#include "process.h"
+#include "sarnerf/core/parallel.h"
 #include "sarnerf/dataset/posed_image.h"
 
 namespace sarnerf::bench {
+
+/// Each contestant with the times that its runs are planned for (s), ascending.
+using Contest = std::vector<std::pair<std::string, std::vector<double>>>;
+
+struct Options {
+  std::filesystem::path training, against;
+  Contest contest;
+  int n_seeds = 1;
+  std::size_t n_views = 16;
+  std::filesystem::path output;
+  bool overwrite = false;
+  bool dry_run = false;  ///< print the runs and stop
+  app::SharedOptions shared;
+};
+
+/// Empty when help or the version was asked for and has been printed. Throws UsageError.
+std::optional<Options> parse_options(int argc, char** argv);
+
+/// Wall-clock and processor seconds of a run, standing still while it is being scored.
+class WorkClock {
+ public:
+  /// Begins as if it had run for `seconds` already, of which the processor worked `cpu_seconds`.
+  WorkClock(double seconds, double cpu_seconds)
+      : wall_s_(seconds), cpu_s_(cpu_seconds), wall_(now_s()), cpu_(now_cpu_s()) {}
+
+  double seconds() const { return running_ ? wall_s_ + now_s() - wall_ : wall_s_; }
+  double cpu_seconds() const { return running_ ? cpu_s_ + now_cpu_s() - cpu_ : cpu_s_; }
+
+  void stop() {
+    wall_s_ = seconds();
+    cpu_s_ = cpu_seconds();
+    running_ = false;
+  }
+  void go_on() {
+    wall_ = now_s();
+    cpu_ = now_cpu_s();
+    running_ = true;
+  }
+
+  static double now_s() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+  }
+  static double now_cpu_s() {
+    timespec now = {};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  }
+
+ private:
+  double wall_s_, cpu_s_, wall_, cpu_;
+  bool running_ = true;
+};
 
 /// What all runs of a study are judged by, read once before them.
 struct Judge {

@@ -1,24 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare.h"
+#include "job.h"
 
 #include <nlohmann/json.hpp>
 
-#include "despeckle_option.h"
-#include "evaluation_output.h"
-#include "lpips_option.h"
+#include "nerf_common.h"
 #include "output_files.h"
 #include "output_lock.h"
 #include "process.h"
-#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
-#include "sarnerf/core/input_file.h"
-#include "sarnerf/dataset/evaluation.h"
-#include "sarnerf/dataset/fingerprint.h"
-#include "sarnerf/dataset/outliers.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/evaluation/evaluation.h"
+#include "sarnerf/dataset/manifest.h"
+#include "sarnerf/dataset/posed_image.h"
 #include "torch_setup.h"
 #include "version.h"
-#include "view_choice.h"
 
 namespace sarnerf::app {
 namespace {

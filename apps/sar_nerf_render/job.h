@@ -1,17 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <filesystem>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "console.h"
-#include "options.h"
+#include "nerf_common.h"
+#include "process.h"
 #include "recipe_file.h"
-#include "sarnerf/core/monitor.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/nerf/model_file.h"
 
 namespace sarnerf::app {
+
+/// What the user asked for. Empty optionals and lists are taken from the model.
+struct Options {
+  std::filesystem::path model;  ///< the file, or the folder of a run
+
+  std::vector<double> incidence_deg;
+  std::vector<double> azimuth_deg{0.0};
+  std::optional<double> altitude_m;
+  std::optional<double> slant_range_m;
+  std::optional<Look> look;
+  std::optional<std::pair<int, int>> size;  ///< azimuth, range
+  std::optional<std::pair<double, double>> spacing_m;
+  std::optional<Quantity> quantity;
+  ResolutionChoice resolution;  ///< unless told, the model's
+
+  std::filesystem::path against;   ///< empty: new views are rendered
+  std::filesystem::path training;  ///< empty: where the model says
+  std::filesystem::path lpips;
+  double despeckle_deg = 0.0;  ///< 0: single views are the only truth
+
+  std::string output;
+  bool overwrite = false;
+  bool explain = false;
+  bool dry_run = false;  ///< print the plan and stop
+  SharedOptions shared;
+};
+
+/// Empty when help or the version was asked for and has been printed. Throws UsageError, and InputError for a bad
+/// configuration file.
+std::optional<Options> parse_options(int argc, char** argv);
 
 /// The model, and the views to be made of it.
 struct Job {
@@ -37,5 +74,19 @@ std::string report_text(const Job& job, std::size_t n_rendered, double render_s)
 
 /// Name of this program in recipes.
 inline constexpr const char* kProgram = "sar_nerf_render";
+
+/// Predicts the views of --against, and scores them beside what interpolation between the training images gives. With -o,
+/// writes evaluation.json into that folder. Returns the table of means. Throws UsageError where nothing can be compared,
+/// InputError for bad datasets.
+std::string compare(const Job& job, Console& console, const Monitor& monitor);
+
+/// Renders the job's only view to NAME.tif, NAME.png, NAME.report.json and NAME.json, the recipe, which comes last. Returns
+/// the files' names, one a line. Throws UsageError when other output is in the way.
+std::string write_single_view(const Job& job, Console& console, const Monitor& monitor);
+
+/// Renders the job's views into a dataset folder of sar_render's form (docs/outputs.md), and goes on where an earlier run
+/// of the same recipe stopped. The same bytes whatever the interruptions. Returns the manifest's name. Throws UsageError
+/// when other output is in the way, Interrupted after writing a manifest of the finished views.
+std::string write_sweep(const Job& job, Console& console, const Monitor& monitor);
 
 }  // namespace sarnerf::app

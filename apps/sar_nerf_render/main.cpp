@@ -1,13 +1,224 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <span>
+
+#include "version.h"
 #include <nlohmann/json.hpp>
 
 #include "app_main.h"
-#include "compare.h"
 #include "job.h"
+#include "process.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/core/units.h"
+#include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/nerf/mlp_field.h"
-#include "single_view.h"
-#include "sweep.h"
 #include "torch_setup.h"
+#include "values.h"
+
+namespace sarnerf::app {
+
+namespace {
+
+/// Of LibTorch and the program; then the model and a few images.
+constexpr std::uint64_t kBaseMemory = 600ull << 20;
+
+std::vector<DatasetView> views_of(const Options& o, const ModelInfo& info) {
+  const DatasetView& usual = info.acquisition;
+  const auto incidences =
+      o.incidence_deg.empty() ? std::vector{usual.incidence_deg} : o.incidence_deg;
+  std::vector<DatasetView> views;
+  for (const double incidence_deg : incidences) {
+    for (const double azimuth_deg : o.azimuth_deg) {
+      DatasetView v = usual;
+      v.image.clear();
+      v.azimuth_deg = azimuth_deg;
+      v.incidence_deg = incidence_deg;
+      const double incidence_rad = rad_from_deg(incidence_deg);
+      v.slant_range_m = o.altitude_m ? slant_range_from_altitude_m(*o.altitude_m, incidence_rad)
+                                     : o.slant_range_m.value_or(usual.slant_range_m);
+      v.altitude_m = o.altitude_m.value_or(v.slant_range_m * std::cos(incidence_rad));
+      if (o.size) std::tie(v.n_azimuth, v.n_range) = *o.size;
+      if (o.spacing_m) std::tie(v.azimuth_spacing_m, v.range_spacing_m) = *o.spacing_m;
+      v.look = o.look.value_or(usual.look);
+      validate(acquisition_of(v, info.aim_m));
+      views.push_back(v);
+    }
+  }
+  return views;
+}
+
+Json request_of(const Job& job, const std::filesystem::path& file) {
+  const DatasetView& first = job.views.front();
+  Json incidences = Json::array(), azimuths = Json::array();
+  for (const DatasetView& v : job.views) {
+    if (incidences.empty() || incidences.back() != Json(v.incidence_deg))
+      incidences.push_back(v.incidence_deg);
+  }
+  for (const double azimuth_deg : job.options.azimuth_deg) azimuths.push_back(azimuth_deg);
+  Json j;
+  j["model"] = {{"file", file.filename().string()}, {"sha256", sha256_of_file(file)}};
+  j["views"] = {{"incidence_deg", incidences},
+                {"azimuth_deg", azimuths},
+                {"look", first.look == Look::left ? "left" : "right"}};
+  if (job.options.altitude_m) {
+    j["views"]["altitude_m"] = *job.options.altitude_m;
+  } else {
+    j["views"]["slant_range_m"] = first.slant_range_m;
+  }
+  j["image"] = {{"size", {first.n_azimuth, first.n_range}},
+                {"spacing_m", {first.azimuth_spacing_m, first.range_spacing_m}},
+                {"calibration", name(job.model.info.calibration)},
+                {"quantity", name(job.quantity)}};
+  if (!job.options.resolution.automatic) {
+    const auto& r = job.model.field->resolution;
+    j["image"]["resolution_m"] = r ? Json{r->azimuth_m, r->range_m} : Json("none");
+    if (r) j["image"]["window"] = text_of(r->window);
+  }
+  return valid_text(j);
+}
+
+/// Angle (rad) between lines of sight from which a new view is far from a training view, where these are not farther from one
+/// another: 5 deg beyond the trained pitches cost 10 dB already (docs/training.md, Pitch).
+constexpr double kFar_rad = 10.0 * std::numbers::pi / 180.0;
+
+/// From a line of sight to the nearest of others (rad), the one at `but` left out.
+double nearest_rad(const glm::dvec3& k, std::span<const glm::dvec3> others, std::size_t but) {
+  double most_cosine = -1.0;
+  for (std::size_t n = 0; n < others.size(); ++n) {
+    if (n != but) most_cosine = std::max(most_cosine, glm::dot(k, others[n]));
+  }
+  return std::acos(std::min(1.0, most_cosine));
+}
+
+/// Views outside of what training has seen: beyond its pitches, on another side, in a gap of its azimuths.
+void warn_of_far_views(const Job& job, Console& console) {
+  const auto line_of_sight = [](const DatasetView& v) { return radar_frame(acquisition_of(v, glm::dvec3(0.0))).k; };
+  std::vector<glm::dvec3> trained;
+  for (const DatasetView& view : job.model.info.training_views) trained.push_back(line_of_sight(view));
+  if (trained.empty()) return;
+  double far_rad = kFar_rad;
+  for (std::size_t n = 0; n < trained.size() && trained.size() > 1; ++n)
+    far_rad = std::max(far_rad, nearest_rad(trained[n], trained, n));
+  std::size_t n_far = 0, farthest = 0;
+  double most_rad = 0.0;
+  for (std::size_t n = 0; n < job.views.size(); ++n) {
+    const double angle_rad = nearest_rad(line_of_sight(job.views[n]), trained, trained.size());
+    if (angle_rad <= far_rad) continue;
+    ++n_far;
+    if (angle_rad > most_rad) {
+      most_rad = angle_rad;
+      farthest = n;
+    }
+  }
+  if (n_far == 0) return;
+  const DatasetView& v = job.views[farthest];
+  console.warning(format("%zu of %zu view%s far from all training views (incidence %.4g, azimuth %.4g deg: %.0f deg from the "
+                         "nearest): what shows there was never seen, and may be wrong",
+                         n_far, job.views.size(), job.views.size() == 1 ? " is" : n_far == 1 ? "s is" : "s are",
+                         v.incidence_deg, v.azimuth_deg, deg_from_rad(most_rad)));
+}
+
+/// Another impulse response than the images' is possible where the field is the scene without it.
+void choose_resolution(const ResolutionChoice& choice, LearnedField& field) {
+  if (choice.automatic) return;
+  if (!field.resolution)
+    throw UsageError("--resolution: this model's field shows images as they were, with whatever impulse response they had; "
+                     "learn it with sar_nerf_train --resolution to take that out");
+  field.resolution = choice.resolution;
+}
+
+/// Rays are cut at the borders of range bins wherever they meet matter, inside of the image and in front of it.
+void refuse_countless_bins(const Job& job) {
+  constexpr double kMostBins = 16384.0;
+  const Box box_m = job.model.field->occupied_box_m();
+  if (box_m.empty()) return;
+  const double depth_m = glm::length(box_m.size()), bin_m = job.views.front().range_spacing_m;
+  if (depth_m <= kMostBins * bin_m) return;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "--spacing: range bins of %.3g m are too narrow for the learned matter, %.3g m across; "
+                "use %.2g m or more",
+                bin_m, depth_m, 1.1 * depth_m / kMostBins);
+  throw UsageError(text);
+}
+
+void refuse_beyond_memory(const Job& job) {
+  const MemoryLimit limit = memory_limit(job.options.shared);
+  const DatasetView& v = job.views.front();
+  const std::uint64_t needed = kBaseMemory + 16ull * static_cast<std::uint64_t>(v.n_azimuth) *
+                                                 static_cast<std::uint64_t>(v.n_range);
+  if (!limit.allows(needed))
+    throw UsageError("about " + bytes_text(needed) + " are needed, and " + limit.text() + "; make the image smaller");
+}
+
+}  // namespace
+
+Job prepare(const Options& options, Console& console) {
+  Job job;
+  job.options = options;
+  const auto file = model_file(options.model);
+  job.model = open_model(options.model, console);
+  choose_resolution(options.resolution, *job.model.field);
+  job.quantity = options.quantity.value_or(job.model.info.quantity);
+  job.views = views_of(options, job.model.info);
+  if (const auto& r = job.model.field->resolution)  // refuses what cannot be before anything is written
+    impulse_response(*r, job.views.front().azimuth_spacing_m, job.views.front().range_spacing_m);
+  job.request = request_of(job, file);
+  refuse_beyond_memory(job);
+  refuse_countless_bins(job);
+  if (options.against.empty()) warn_of_far_views(job, console);
+  return job;
+}
+
+Image<float> make_image(const Job& job, const DatasetView& view) {
+  Image<float> image = render_view(*job.model.field, acquisition_of(view, job.model.info.aim_m));
+  const auto pixels = image.pixels();
+  if (!std::all_of(pixels.begin(), pixels.end(), [](float p) { return std::isfinite(p); }))
+    throw NumericsError("the view at azimuth " + std::to_string(view.azimuth_deg) +
+                        " deg holds pixels that are not finite; the model's training has diverged");
+  if (job.quantity == Quantity::amplitude) take_amplitude(image);
+  return image;
+}
+
+std::string explain(const Job& job) {
+  const DatasetView& v = job.views.front();
+  const ModelInfo& info = job.model.info;
+  const bool comparison = !job.options.against.empty();
+  const std::string views =
+      comparison ? "those of " + job.options.against.string() + " that the model was not trained on, scored beside baselines"
+                 : std::to_string(job.views.size()) + " of " + std::to_string(v.n_azimuth) + " x " + std::to_string(v.n_range) +
+                       " pixels (azimuth x range)";
+  std::string place = job.options.output;
+  if (place.empty())
+    place = comparison ? "the table, to stdout" : model_name(job.options.model) + (job.views.size() > 1 ? "_views" : "_view");
+  return "plan\n  model     " + std::string(job.model.field->kind()) + ", " +
+         job.model.field->size_text() + ", of " + counted(info.training_views.size(), "view") +
+         " and " + counted(static_cast<std::uint64_t>(info.steps), "step") + "\n  views     " +
+         views +
+         (job.model.field->resolution ? "\n  impulse response  " + resolution_text(*job.model.field->resolution) : "") +
+         "\n  left out  rows and rays that miss the learned matter; the "
+         "rest of a ray behind an "
+         "optical depth of 20\n  output    " + place;
+}
+
+std::string report_text(const Job& job, std::size_t n_rendered, double render_s) {
+  const Json j{{"format", "sarnerf-report"},
+               {"version", 1},
+               {"program", std::string(kProgram) + " " + std::string(kVersion)},
+               {"threads", job.options.shared.n_threads},
+               {"views", {{"planned", job.views.size()}, {"rendered", n_rendered}}},
+               {"seconds", {{"render", render_s}, {"total", seconds_since_start()}}},
+               {"machine", {{"processor", processor_name()}, {"libraries", torch_text()}}},
+               {"memory_bytes", {{"peak", peak_memory_bytes()}}}};
+  return j.dump(2) + "\n";
+}
+
+}  // namespace sarnerf::app
 
 namespace sarnerf::app {
 namespace {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "options.h"
+#include "job.h"
 
 #include "command_line.h"
-#include "despeckle_option.h"
-#include "folder_name.h"
+#include "nerf_common.h"
+#include "output_lock.h"
 #include "sarnerf/core/error.h"
 #include "values.h"
-#include "view_angles.h"
 
 namespace sarnerf::app {
 namespace {

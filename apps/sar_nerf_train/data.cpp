@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data.h"
+#include "options.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <limits>
 #include <numeric>
 
-#include "despeckle_option.h"
-#include "memory_limit.h"
+#include "nerf_common.h"
+#include "process.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
-#include "sarnerf/dataset/fingerprint.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/dataset/manifest.h"
 #include "values.h"
 
 namespace sarnerf::app {

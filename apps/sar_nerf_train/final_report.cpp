@@ -4,21 +4,25 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
+#include <sstream>
+
+#include "version.h"
 #include <nlohmann/json.hpp>
 
-#include "comparison_picture.h"
-#include "evaluation_output.h"
+#include "nerf_common.h"
 #include "process.h"
-#include "report_page.h"
-#include "sarnerf/core/atomic_file.h"
-#include "sarnerf/core/format.h"
-#include "sarnerf/core/stopwatch.h"
-#include "sarnerf/dataset/despeckled_evaluation.h"
-#include "sarnerf/dataset/display.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/dataset/image_file.h"
+#include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/evaluation/evaluation.h"
 #include "torch_setup.h"
-#include "version.h"
+#include "values.h"
 
 namespace sarnerf::app {
+
 namespace {
 
 constexpr std::size_t kDespeckledPictures = 8;
@@ -158,6 +162,243 @@ void write_reports(const ReportInput& in, StageTimes times, Console& console,
   if (findings.evaluation) line += score_text(*findings.evaluation, "unseen view");
   if (findings.despeckled) line += score_text(*findings.despeckled, "despeckled view");
   console.note(line);
+}
+
+namespace {
+
+constexpr std::size_t kMostPictures = 4, kPicturesOfTraining = 2;
+
+ReportScores scores_of(const Scores& s) {
+  ReportScores r{s.psnr_power_db, s.psnr_amplitude_db, s.psnr_target_power_db, s.ssim_power,
+                 s.lpips};
+  if (!s.background) return r;
+  r.log_amplitude_error_db = s.background->log_amplitude_error_db;
+  r.psnr_log_amplitude_db = s.background->log_amplitude_psnr_db;
+  r.looks = s.background->looks;
+  r.target_iou = s.background->target_iou;
+  r.shadow_iou = s.background->shadow_iou;
+  r.scatterer_error_m = s.background->scatterer_error_m;
+  return r;
+}
+
+ReportMethod method_of(const MethodScores& method, const std::string& name) {
+  ReportMethod m{name, scores_of(method.mean), {}};
+  for (const Scores& scores : method.views) m.per_view.push_back(scores_of(scores));
+  return m;
+}
+
+ReportView view_of(const DatasetView& v) { return {v.image, v.azimuth_deg, v.incidence_deg}; }
+
+void add_scores(const ReportInput& in, const Findings& findings, TrainingReport& r) {
+  for (const DatasetView& view : in.data.validation_views) r.held_out.push_back(view_of(view));
+  for (const DatasetView& view : in.data.training_views)
+    r.training_azimuths_deg.push_back(view.azimuth_deg);
+  r.peak_power = double{in.trainer.set().peak};
+  r.lpips_missing = findings.lpips_missing;
+  if (!findings.evaluation) return;
+  const Evaluation& e = *findings.evaluation;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "pixels of the truth above %.3g %% of its peak, widened by %d pixels",
+                100.0 * e.target.share_of_peak, e.target.dilation_pixels);
+  r.mask = text;
+  if (e.prediction)
+    r.model = method_of(*e.prediction, "SAR-NeRF, " + std::string(in.run.field().kind()));
+  for (const MethodScores& m : e.baselines) r.baselines.push_back(method_of(m, m.name));
+  const auto views = in.run.curve().views();
+  for (const MethodScores& m : e.baselines) {
+    double sum_db = 0.0;
+    for (const std::size_t n : views) sum_db += m.views[n].psnr_power_db;
+    if (!views.empty()) r.levels.push_back({m.name, sum_db / static_cast<double>(views.size())});
+  }
+}
+
+void add_despeckled(const ReportInput& in, const Findings& findings, TrainingReport& r) {
+  if (!findings.despeckled) return;
+  const Evaluation& e = *findings.despeckled;
+  ReportComparison comparison{despeckled_title(in.options.despeckle_deg, *in.data.despeckled), {}};
+  if (e.prediction) comparison.methods.push_back(method_of(*e.prediction, r.model->name));
+  for (const auto* list : {&e.baselines, &e.bounds})
+    for (const MethodScores& m : *list) comparison.methods.push_back(method_of(m, m.name));
+  r.comparisons.push_back(std::move(comparison));
+}
+
+void add_curve(const ReportInput& in, TrainingReport& r) {
+  ReportCurve curve{std::string(in.run.field().kind()), {}, true};
+  for (const MetricsLine& line : in.run.metrics().lines()) {
+    if (line.psnr_db) curve.points.push_back({line.seconds, *line.psnr_db});
+  }
+  if (curve.points.empty()) return;
+  r.curves.push_back(std::move(curve));
+  r.curve_views = std::to_string(in.run.curve().views().size()) + " of the " +
+                  std::to_string(in.data.validation.size()) + " unseen views, evenly spread";
+}
+
+void add_pictures(const ReportInput& in, const Findings& findings, TrainingReport& r) {
+  for (const std::size_t n : spread_places(in.data.validation.size(), kMostPictures)) {
+    ReportPictures p;
+    p.view = view_of(in.data.validation_views[n]);
+    if (findings.evaluation && findings.evaluation->prediction)
+      p.scores = scores_of(findings.evaluation->prediction->views[n]);
+    p.truth = in.data.validation[n].power;
+    p.prediction = findings.predictions[n];
+    r.pictures.push_back(std::move(p));
+  }
+  if (!in.data.validation.empty()) return;
+  const auto& images = in.trainer.set().images;
+  for (const std::size_t n : spread_places(images.size(), kPicturesOfTraining)) {
+    ReportPictures p;
+    p.view = view_of(in.data.training_views[n]);
+    p.truth = images[n].power;
+    p.prediction = render_view(in.run.field(), images[n].acquisition);
+    p.held_out = false;
+    r.pictures.push_back(std::move(p));
+  }
+}
+
+void add_configuration(const ReportInput& in, TrainingReport& r) {
+  std::istringstream text(in.config);
+  for (const FlatItem& item : read_flat_toml(text, "config.toml")) {
+    for (const std::string& value : item.values) {
+      const auto equals = item.name == "option" ? value.find('=') : std::string::npos;
+      if (equals == std::string::npos) {
+        r.configuration.push_back({item.name, value});
+      } else {
+        r.configuration.push_back({value.substr(0, equals), value.substr(equals + 1)});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+TrainingReport report_of(const ReportInput& in, const Findings& findings) {
+  TrainingReport r;
+  const std::string name = in.options.dataset.filename().string();
+  r.title =
+      "SAR-NeRF of " + (name.empty() || name == "." ? in.folder.path().filename().string() : name);
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "%s, learned from %zu views in %lld steps and %.3g s, start-up included.",
+                in.run.field_size().c_str(), in.data.training_views.size(),
+                static_cast<long long>(in.trainer.steps_done()), in.run.trained_until_s());
+  r.summary = text;
+  r.trained = {{"dataset", in.options.dataset.string()},
+               {"SHA-256 of the dataset", in.data.fingerprint},
+               {"views learned from", std::to_string(in.data.training_views.size())},
+               {"views held out", std::to_string(in.data.n_held_out)},
+               {"field", std::string(in.run.field().kind()) + ", " + in.run.field_size()},
+               {"loss", "mean square error of power (paper, eq. 31); over a ground, of bounded relative errors"}};
+  if (!in.options.against.empty())
+    r.trained.push_back(
+        {"unseen views of", in.options.against.string() + ": " +
+                                std::to_string(in.data.validation.size() - in.data.n_held_out)});
+  if (in.data.dataset.quantity == Quantity::amplitude)
+    r.trained.push_back({"quantity", "amplitudes, squared: power is what is learned and compared"});
+  if (in.data.training_views.size() == 1)
+    r.warnings.push_back("a single view says little of the scene's shape");
+  add_scores(in, findings, r);
+  add_despeckled(in, findings, r);
+  add_curve(in, r);
+  add_pictures(in, findings, r);
+  for (const auto& [stage, seconds] : findings.times.stages) r.stages.push_back({stage, seconds});
+  for (const auto& [what, why] : left_out(in.options, in.data)) r.left_out.push_back({what, why});
+  add_configuration(in, r);
+  r.machine = {{"processor", processor_name()},
+               {"threads", std::to_string(in.options.shared.n_threads)},
+               {"libraries", torch_text()},
+               {"program", "sar_nerf_train " + std::string(kVersion)}};
+  return r;
+}
+
+namespace {
+
+std::string sizes_text(const std::vector<DatasetView>& views) {
+  std::set<std::pair<int, int>> sizes;
+  for (const DatasetView& v : views) sizes.insert({v.n_azimuth, v.n_range});
+  const auto text = [](const std::pair<int, int>& s) {
+    return std::to_string(s.first) + " x " + std::to_string(s.second);
+  };
+  return sizes.size() == 1 ? text(*sizes.begin())
+                           : text(*sizes.begin()) + " to " + text(*sizes.rbegin()) + ", " +
+                                 std::to_string(sizes.size()) + " sizes";
+}
+
+/// What the images show around the scene, and what follows.
+std::string background_text(const TrainingSet& set) {
+  if (set.tails_are_dark) return "tails of an impulse response, 40 dB below the brightest pixel: taken for dark";
+  if (!set.clutter)
+    return set.background ? "returns power, but is no level ground of clear texture: nothing is carved"
+                                      : "dark: what lies in front of the first returns is empty";
+  const Clutter& clutter = *set.clutter;
+  std::uint64_t n_like = 0, n = 0;
+  for (const Image<std::uint8_t>& like : clutter.like_ground) {
+    n += like.pixels().size();
+    for (const std::uint8_t l : like.pixels()) n_like += l;
+  }
+  return format("level ground%s, %.3g m %s the aim point, alone in %.0f %% of the pixels: rays end on it, errors count in "
+                "proportion to brightness, matter may be up to %.3g m above it%s",
+                clutter.speckled ? " under speckle" : "", std::abs(clutter.ground->height_m),
+                clutter.ground->height_m < 0.0 ? "below" : "above",
+                100.0 * static_cast<double>(n_like) / static_cast<double>(n), set.box_m.max.y - clutter.ground->height_m,
+                clutter.speckled ? " (--scene-height)" : "");
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> left_out(const Options& o, const Data& data) {
+  std::vector<std::pair<std::string, std::string>> list;
+  if (data.validation.empty()) {
+    list.emplace_back("held-out PSNR, baselines",
+                      o.holdout.kind == Holdout::Kind::automatic
+                          ? "fewer than 48 views: all are learned from (--holdout, --against)"
+                          : "no view is held out (--holdout, --against)");
+  }
+  if (o.patience > 0.0 && data.validation.empty())
+    list.emplace_back("early end", "no view is held out to tell when (--holdout, --against)");
+  if (o.lpips.empty()) list.emplace_back("LPIPS", "no weights given (--lpips FILE, docs/lpips.md)");
+  list.emplace_back("rows that see no matter",
+                    "neither rendered nor learned from: they change nothing");
+  list.emplace_back(
+      "empty space",
+      "voxels given up as they turn out to be empty, and those outside of what all views see");
+  return list;
+}
+
+std::string explain(const Options& o, const Data& data, const Trainer& trainer) {
+  std::string text = "plan\n";
+  const auto line = [&](const std::string& name, const std::string& value) {
+    text += "  " + name + std::string(name.size() < 18 ? 18 - name.size() : 1, ' ') + value + "\n";
+  };
+  line("learned from", std::to_string(data.training_views.size()) + " views of " +
+                           o.dataset.string() + ", " + sizes_text(data.training_views) +
+                           " pixels (azimuth x range)");
+  line("predicted", data.validation.empty()
+                        ? "none"
+                        : std::to_string(data.n_held_out) + " held out, " +
+                              std::to_string(data.validation.size() - data.n_held_out) +
+                              " of --against");
+  line("field",
+       std::string(trainer.field().kind()) + ", to begin with " + trainer.field().size_text());
+  line("background", background_text(trainer.set()));
+  if (trainer.set().resolution)
+    line("impulse response", resolution_text(*trainer.set().resolution) +
+                                 (trainer.set().cleaned.empty() ? ": part of views, whose errors come back through it"
+                                                                : ": taken out of the images, and part of views"));
+  if (!trainer.set().resolution && o.resolution.or_else(data.dataset.resolution))
+    line("impulse response", "left out: fewer than six speckled views do not tell a ground, or the spacing is too coarse for it");
+  line("until", o.time_s ? std::to_string(*o.time_s) + " s after the program's start"
+                         : std::to_string(o.steps) + " steps");
+  line("a step", std::to_string(trainer.options().rows_per_step) + " azimuth rows of all views");
+  std::uint64_t bytes = 0;
+  for (const PosedImage& image : trainer.set().images) bytes += 4 * image.power.pixels().size();
+  for (const PosedImage& image : data.validation) bytes += 4 * image.power.pixels().size();
+  line("images", bytes_text(bytes) + " in memory");
+  line("threads", std::to_string(o.shared.n_threads));
+  for (const auto& [what, why] : left_out(o, data)) line("left out", what + ": " + why);
+  line("output", o.run.string() + "/");
+  text.pop_back();
+  return text;
 }
 
 }  // namespace sarnerf::app

@@ -2,18 +2,13 @@
 #include <optional>
 
 #include "app_main.h"
-#include "config_text.h"
-#include "data.h"
-#include "explain.h"
+#include "options.h"
 #include "final_report.h"
-#include "folder_lock.h"
-#include "run_start.h"
-#include "sarnerf/core/atomic_file.h"
-#include "sarnerf/core/stopwatch.h"
-#include "smoothness_option.h"
-#include "torch_setup.h"
-#include "training_options.h"
+#include "output_lock.h"
 #include "training_run.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/parallel.h"
+#include "torch_setup.h"
 
 namespace sarnerf::app {
 namespace {

@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "options.h"
 
+#include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <limits>
 
+#include <nlohmann/json.hpp>
+
 #include "command_line.h"
-#include "despeckle_option.h"
-#include "folder_name.h"
-#include "flat_toml.h"
-#include "run_folder.h"
+#include "nerf_common.h"
+#include "output_lock.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/nerf/trainer.h"
 #include "values.h"
 
 namespace sarnerf::app {
+
 namespace {
 
 constexpr const char* kDescription =
@@ -209,6 +214,139 @@ std::optional<Options> parse_options(int argc, char** argv) {
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   if (!command.parse(static_cast<int>(pointers.size()), pointers.data())) return std::nullopt;
   return resolve(texts, command, command.parser().get_option("--steps")->count() > 0);
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kAny = std::numeric_limits<double>::max();
+
+/// What is not listed may be anything from 0.
+struct Limits {
+  const char* name;
+  double least, most;
+};
+constexpr Limits kLimits[] = {
+    {"rows_per_step", 1, 1e6},
+    {"voxel_size_m", 1e-6, 1e6},
+    {"n_levels", 1, 10},
+    {"harmonics_degree", 0, 2},
+    {"n_prunings", 0, 1000},
+    {"final_rate", 1e-9, 1},
+    {"ray_spacing", 1e-2, 1e2},
+    {"end_depth", 1e-3, kAny},
+    {"most_ray_spacing_bins", 1e-2, 1e2},
+    {"longest_segment", 1e-2, 1e2},
+};
+
+/// Voxels of the scene box at the coarsest level: what carving looks at.
+constexpr double kMostVoxels = 4e8;
+
+void require_within_limits(const std::string& name, double value) {
+  Limits limits{"", 0.0, kAny};
+  for (const Limits& l : kLimits) {
+    if (name == l.name) limits = l;
+  }
+  if (value >= limits.least && value <= limits.most) return;
+  char text[160];
+  if (limits.most == kAny) {
+    std::snprintf(text, sizeof text, ": expected at least %.6g, found %.6g", limits.least, value);
+  } else {
+    std::snprintf(text, sizeof text, ": expected %.6g to %.6g, found %.6g", limits.least,
+                  limits.most, value);
+  }
+  throw UsageError("--option " + name + text);
+}
+
+void require_possible_voxels(const TrainerOptions& training, const TrainingSet& set) {
+  const double coarse_m = training.grid.voxel_size_m * std::pow(2.0, training.grid.n_levels - 1);
+  const glm::dvec3 size_m = set.box_m.size();
+  const double n = std::ceil(size_m.x / coarse_m) * std::ceil(size_m.y / coarse_m) *
+                   std::ceil(size_m.z / coarse_m);
+  if (training.field != "grid" || n <= kMostVoxels) return;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "the scene's box of %.4g x %.4g x %.4g m has %.3g voxels of %.3g m to begin with, "
+                "more than %.0e; use larger "
+                "ones (--option voxel_size_m=...)",
+                size_m.x, size_m.y, size_m.z, n, coarse_m, kMostVoxels);
+  throw UsageError(text);
+}
+
+Json value_of(const std::string& name, const std::string& text, const Json& like) {
+  const Json value = Json::parse(text, nullptr, false);
+  const bool fits = like.is_string()    ? true
+                    : like.is_boolean() ? value.is_boolean()
+                    : like.is_number_integer()
+                        ? value.is_number_integer()
+                        : value.is_number() && std::isfinite(value.get<double>());
+  if (!fits)
+    throw UsageError("--option " + name + ": expected " +
+                     (like.is_boolean()          ? "true or false"
+                      : like.is_number_integer() ? "a whole number"
+                                                 : "a number") +
+                     " such as " + like.dump() + ", found " + in_quotes(text));
+  if (!like.is_string() && !like.is_boolean()) require_within_limits(name, value.get<double>());
+  return like.is_string() ? Json(text) : value;
+}
+
+}  // namespace
+
+TrainerOptions training_options(const Options& o, const TrainingSet& set) {
+  TrainerOptions defaults = default_options(set, o.field, o.time_s ? Schedule::clock : Schedule::steps, o.surfaces);
+  defaults.seed = o.seed;
+  Json json = Json::parse(options_json(defaults));
+  std::vector<std::string> names;
+  for (const auto& [name, value] : json.items()) names.push_back(name);
+  for (const std::string& text : o.training) {
+    const auto equals = text.find('=');
+    const std::string name = text.substr(0, equals);
+    if (equals == std::string::npos)
+      throw UsageError("--option: expected NAME=VALUE such as rows_per_step=140, found " +
+                       in_quotes(text));
+    if (name == "field" || name == "seed")
+      throw UsageError("--option " + name + ": has an option of its own, --" + name);
+    if (!json.contains(name)) {
+      const std::string closest = closest_name(name, names);
+      throw UsageError("--option: there is no training option " + in_quotes(name) +
+                       (closest.empty() ? "" : " (" + closest + "?)") +
+                       "; docs/training.md lists them");
+    }
+    json[name] = value_of(name, text.substr(equals + 1), json[name]);
+  }
+  const TrainerOptions training = options_from_json(json.dump());
+  require_possible_voxels(training, set);
+  return training;
+}
+
+namespace {
+
+/// Half as many steps tell which smoothness is the best.
+constexpr std::int64_t kShorter = 2;
+
+std::string text_of(const SmoothnessChoice& choice) {
+  std::string text;
+  for (const SmoothnessTrial& trial : choice.trials)
+    text += format("%s%.6g at %.3g", text.empty() ? "" : ", ", trial.loss, trial.factor);
+  return format("smoothness: %.3g times what suits as many views (loss of held-out views: %s)", choice.factor, text.c_str());
+}
+
+}  // namespace
+
+TrainerOptions with_chosen_smoothness(const Options& o, const TrainerOptions& training, const TrainingSet& set,
+                                      const RunFolder& folder, Console& console, const Monitor& monitor) {
+  if (!o.smoothness.validated) return with_smoothness(training, o.smoothness.factor);
+  std::error_code ignored;
+  if (!o.overwrite && std::filesystem::exists(folder.config(), ignored))
+    if (const auto found = smoothness_in(folder.config())) {
+      TrainerOptions same = training;
+      std::tie(same.grid.smooth_density, same.grid.smooth_source, same.grid.smooth_angular) = *found;
+      return same;
+    }
+  const SmoothnessChoice choice = choose_smoothness(set, training, std::max<std::int64_t>(1, o.steps / kShorter), monitor);
+  console.note(text_of(choice));
+  return with_smoothness(training, choice.factor);
 }
 
 }  // namespace sarnerf::app

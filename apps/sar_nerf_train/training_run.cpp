@@ -2,16 +2,246 @@
 #include "training_run.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <fstream>
 
+#include "version.h"
+#include <nlohmann/json.hpp>
+
+#include "nerf_common.h"
 #include "process.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
-#include "sarnerf/core/stopwatch.h"
-#include "version.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/metrics.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/evaluation/evaluation.h"
 
 namespace sarnerf::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kFormat = "sarnerf-checkpoint";
+constexpr int kCheckpointVersion = 2;
+
+}  // namespace
+
+Archive checkpoint_of(const Trainer& trainer, const RunState& state) {
+  Archive archive = trainer.checkpoint();
+  // The optimiser's moments are handed out as they are, and the next step changes them in place.
+  for (auto& [name, tensor] : archive.tensors) tensor = tensor.detach().clone();
+  Json json = Json::parse(archive.json);
+  json["run"] = {{"format", kFormat},
+                 {"version", kCheckpointVersion},
+                 {"dataset_sha256", state.dataset_sha256},
+                 {"progress", state.progress},
+                 {"seconds", state.seconds},
+                 {"trained_s", state.trained_s},
+                 {"finished", state.finished},
+                 {"time_s", state.time_s},
+                 {"steps", state.steps}};
+  archive.json = json.dump();
+  return archive;
+}
+
+RunState run_state(const Archive& archive, const std::string& where) {
+  const Json json = Json::parse(archive.json, nullptr, false);
+  if (!json.is_object() || !json.contains("run") || !json["run"].is_object())
+    throw CheckpointError(where + ": is not a checkpoint of a training run");
+  const Json& run = json["run"];
+  try {
+    if (run.at("format").get<std::string>() != kFormat)
+      throw CheckpointError(where + ": is not a checkpoint of a training run");
+    const int version = run.at("version").get<int>();
+    if (version > kCheckpointVersion)
+      throw CheckpointError(where + ": is of version " + std::to_string(version) +
+                            ", and this program knows versions up to " + std::to_string(kCheckpointVersion) +
+                            "; use the program that wrote it");
+    if (version < kCheckpointVersion)
+      throw CheckpointError(where + ": is of version " + std::to_string(version) +
+                            ", and this program goes on from version " + std::to_string(kCheckpointVersion) +
+                            "; begin again with --overwrite");
+    return {run.at("dataset_sha256").get<std::string>(),
+            run.at("progress").get<double>(),
+            run.at("seconds").get<double>(),
+            run.at("trained_s").get<double>(),
+            run.at("finished").get<bool>(),
+            run.at("time_s").get<double>(),
+            run.at("steps").get<std::int64_t>()};
+  } catch (const nlohmann::json::exception&) {
+    throw CheckpointError(where + ": what it says of its run is incomplete; the file is damaged");
+  }
+}
+
+bool all_finite(const Archive& archive) {
+  for (const auto& [name, tensor] : archive.tensors) {
+    if (tensor.is_floating_point() && !tensor.isfinite().all().item<bool>()) return false;
+  }
+  return true;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kPerSchedule = 10.0;  ///< times that fields are judged: each costs as much as many steps
+constexpr double kLeastGain_db = 0.02;  ///< less is no improvement
+constexpr const char* kPrefix = "best.";
+
+int place(double progress) { return static_cast<int>(progress * kPerSchedule); }
+
+}  // namespace
+
+bool BestModel::due(double progress) const {
+  return patience_ > 0.0 && place(progress) > n_judged_;
+}
+
+void BestModel::judge(const LearnedField& field, double psnr_db, double progress,
+                      std::int64_t step) {
+  n_judged_ = place(progress);
+  if (field_ && psnr_db < psnr_db_ + kLeastGain_db) return;
+  psnr_db_ = psnr_db;
+  progress_ = progress;
+  step_ = step;
+  field_ = field.state();
+  // The next step changes the field's numbers in place.
+  for (auto& [name, tensor] : field_->tensors) tensor = tensor.detach().clone();
+}
+
+bool BestModel::worn_out(double progress) const {
+  return field_ && progress - progress_ > patience_;
+}
+
+std::unique_ptr<LearnedField> BestModel::field() const {
+  return field_ ? restore_field(*field_, "the best model") : nullptr;
+}
+
+void BestModel::add_to(Archive& archive) const {
+  if (!field_) return;
+  Json json = Json::parse(archive.json);
+  json["best"] = {{"judged", n_judged_},
+                  {"psnr_power_db", psnr_db_},
+                  {"progress", progress_},
+                  {"step", step_},
+                  {"field", Json::parse(field_->json)}};
+  archive.json = json.dump();
+  for (const auto& [name, tensor] : field_->tensors) archive.tensors[kPrefix + name] = tensor;
+}
+
+void BestModel::restore(const Archive& archive, const std::string& where) {
+  const Json json = Json::parse(archive.json, nullptr, false);
+  if (!json.is_object() || !json.contains("best")) return;
+  try {
+    const Json& best = json.at("best");
+    n_judged_ = best.at("judged").get<int>();
+    psnr_db_ = best.at("psnr_power_db").get<double>();
+    progress_ = best.at("progress").get<double>();
+    step_ = best.at("step").get<std::int64_t>();
+    field_.emplace();
+    field_->json = best.at("field").dump();
+  } catch (const nlohmann::json::exception&) {
+    throw CheckpointError(where +
+                          ": what it says of its best model is incomplete; the file is damaged");
+  }
+  for (const auto& [name, tensor] : archive.tensors) {
+    if (name.starts_with(kPrefix))
+      field_->tensors[name.substr(std::string(kPrefix).size())] = tensor;
+  }
+  (void)restore_field(*field_, where);
+}
+
+namespace {
+
+constexpr std::size_t kMostViews = 8;
+constexpr double kShare = 0.1;         ///< of the time, at most
+constexpr double kPointsPerSpan = 30;  ///< more are not seen in a diagram
+
+}  // namespace
+
+Curve::Curve(std::span<const PosedImage> validation, double peak_power)
+    : validation_(validation),
+      views_(spread_places(validation.size(), kMostViews)),
+      peak_power_(peak_power) {}
+
+std::optional<double> Curve::measure_if_due(const LearnedField& field, double now_s) {
+  if (views_.empty()) return std::nullopt;
+  if (!first_s_) next_s_ = *(first_s_ = now_s) + 0.1;
+  if (now_s < next_s_) return std::nullopt;
+  const double before_s = spent_s_;
+  measure(field);
+  const double cost_s = spent_s_ - before_s;
+  // Costs change as voxels are halved and pruned, hence a margin.
+  next_s_ = now_s + cost_s + std::max(1.25 * cost_s / kShare, (now_s - *first_s_) / kPointsPerSpan);
+  return last_db_;
+}
+
+double Curve::measure(const LearnedField& field) {
+  const Stopwatch watch;
+  double sum_db = 0.0;
+  for (const std::size_t n : views_) {
+    const PosedImage& truth = validation_[n];
+    sum_db += std::min(kMostPsnr_db,
+                       psnr_db(render_view(field, truth.acquisition), truth.power, peak_power_));
+  }
+  last_db_ = sum_db / static_cast<double>(views_.size());
+  spent_s_ += watch.seconds();
+  return *last_db_;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const MetricsLine& line) {
+  Json j{{"step", line.step}, {"seconds", line.seconds}};
+  if (line.loss) j["loss"] = *line.loss;
+  if (line.psnr_db) j["psnr_power_db"] = *line.psnr_db;
+  return j.dump() + "\n";
+}
+
+/// Nothing for a line that was cut off.
+std::optional<MetricsLine> line_of(const std::string& text) {
+  const Json j = Json::parse(text, nullptr, false);
+  const auto number = [&](const char* name) -> std::optional<double> {
+    if (!j.contains(name) || !j[name].is_number()) return std::nullopt;
+    return j[name].get<double>();
+  };
+  if (!j.is_object() || !number("step") || !number("seconds")) return std::nullopt;
+  return MetricsLine{static_cast<std::int64_t>(*number("step")), *number("seconds"), number("loss"),
+                     number("psnr_power_db")};
+}
+
+}  // namespace
+
+MetricsLog::MetricsLog(std::filesystem::path path, std::int64_t last_step)
+    : path_(std::move(path)) {
+  std::ifstream old(path_);
+  std::string kept;
+  for (std::string text; std::getline(old, text);) {
+    const auto line = line_of(text);
+    if (!line || line->step > last_step) continue;
+    lines_.push_back(*line);
+    kept += text_of(*line);
+  }
+  old.close();
+  write_file_atomically(path_, kept, Durability::process);
+  file_.reset(std::fopen(path_.c_str(), "a"));
+  if (!file_) throw Error(path_.string() + ": cannot be written: " + std::strerror(errno));
+}
+
+void MetricsLog::add(const MetricsLine& line) {
+  lines_.push_back(line);
+  const std::string text = text_of(line);
+  if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size() ||
+      std::fflush(file_.get()) != 0)
+    throw Error(path_.string() + ": cannot be written: " + std::strerror(errno) +
+                "; free some space, the run can be continued");
+}
+
 namespace {
 
 constexpr int kStepsPerLine = 10;

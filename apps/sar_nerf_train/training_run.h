@@ -1,18 +1,141 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
 #include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
-#include "best_model.h"
-#include "checkpoint.h"
 #include "console.h"
-#include "curve.h"
-#include "data.h"
-#include "metrics_log.h"
 #include "options.h"
-#include "run_folder.h"
+#include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/nerf/learned_field.h"
+#include "sarnerf/nerf/trainer.h"
 
 namespace sarnerf::app {
+
+/// The field that came closest to the held-out views so far, and whether it is still worth waiting for a better one:
+/// --patience. Fields are judged at fixed shares of the schedule, not by the clock, so that a run goes on from a
+/// checkpoint as if it had never stopped.
+class BestModel {
+ public:
+  /// `patience`: the share of the schedule in which there must be a better one; 0: nothing is kept.
+  explicit BestModel(double patience) : patience_(patience) {}
+
+  bool due(double progress) const;
+  void judge(const LearnedField& field, double psnr_db, double progress, std::int64_t step);
+  bool worn_out(double progress) const;
+
+  /// The best field, restored; none where nothing was judged.
+  std::unique_ptr<LearnedField> field() const;
+  std::int64_t step() const { return step_; }
+  double psnr_db() const { return psnr_db_; }
+
+  /// For a checkpoint and back. Throws CheckpointError for damaged contents; `where` names the file.
+  void add_to(Archive& archive) const;
+  void restore(const Archive& archive, const std::string& where);
+
+ private:
+  double patience_;
+  int n_judged_ = 0;
+  double psnr_db_ = 0.0, progress_ = 0.0;  ///< of the best one
+  std::int64_t step_ = 0;
+  std::optional<Archive> field_;
+};
+
+/// What a checkpoint knows beside the trainer's state.
+struct RunState {
+  std::string dataset_sha256;
+  double progress = 0.0;  ///< largest that a step was given
+  double seconds = 0.0;   ///< of all programs that worked on the run, start-up included
+  double trained_s = 0.0;  ///< the same without their start-ups
+  bool finished = false;
+  double time_s = 0.0;  ///< that --time gave; 0: none
+  std::int64_t steps = 0;
+};
+
+/// A checkpoint in memory; later steps do not change it.
+Archive checkpoint_of(const Trainer& trainer, const RunState& state);
+
+/// What the program itself needs of a checkpoint. Throws CheckpointError for another kind of file, a newer version and
+/// damaged contents.
+RunState run_state(const Archive& archive, const std::string& where);
+
+/// Whether every number of an archive is finite.
+bool all_finite(const Archive& archive);
+
+/// PSNR of a few held-out views while training goes on, taken so seldom that it costs at most a tenth of the time.
+class Curve {
+ public:
+  /// Up to eight of the views, evenly spread; none where there are none. `validation` must outlive the curve.
+  Curve(std::span<const PosedImage> validation, double peak_power);
+
+  /// Mean PSNR of power over the curve's views (dB), if it is time for it at `now_s`.
+  std::optional<double> measure_if_due(const LearnedField& field, double now_s);
+
+  /// The same at once.
+  double measure(const LearnedField& field);
+
+  /// The last one; none yet.
+  std::optional<double> last_db() const { return last_db_; }
+  std::span<const std::size_t> views() const { return views_; }
+  double spent_s() const { return spent_s_; }
+
+ private:
+  std::span<const PosedImage> validation_;
+  std::vector<std::size_t> views_;
+  double peak_power_;
+  std::optional<double> first_s_, last_db_;
+  double next_s_ = 0.0, spent_s_ = 0.0;
+};
+
+/// One line of metrics.jsonl.
+struct MetricsLine {
+  std::int64_t step = 0;
+  double seconds = 0.0;           ///< since the program's start
+  std::optional<double> loss;     ///< mean since the line before
+  std::optional<double> psnr_db;  ///< power, mean over the curve's views
+};
+
+/// How training went, line by line as it goes: {"step":10,"seconds":0.81,"loss":0.0012,"psnr_power_db":31.2}.
+class MetricsLog {
+ public:
+  /// Keeps the lines up to `last_step` of what is there: those after it belong to steps that are done again.
+  MetricsLog(std::filesystem::path path, std::int64_t last_step);
+
+  /// Throws Error when the disk is full.
+  void add(const MetricsLine& line);
+
+  /// Those kept and those added.
+  const std::vector<MetricsLine>& lines() const { return lines_; }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::filesystem::path path_;
+  std::vector<MetricsLine> lines_;
+  std::unique_ptr<std::FILE, Close> file_;
+};
+
+/// Before anything is read: throws UsageError where no run can be written or other files are in the way.
+void check_place(const Options& options, const RunFolder& folder);
+
+/// What is there of a run.
+struct Start {
+  std::optional<Archive> checkpoint;  ///< to go on from
+  bool done = false;                  ///< all is there: nothing to do
+};
+
+/// Compares what is there with the wanted configuration, clears what --overwrite replaces, and writes config.toml. Call with
+/// the folder locked. Throws UsageError for a run of other options or data, InputError and CheckpointError for damaged
+/// files of a run.
+Start start_run(const Options& options, const RunFolder& folder, const std::string& config,
+                const std::string& fingerprint, Console& console);
 
 /// Trains to the end of the schedule and keeps checkpoints on the way.
 class TrainingRun {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "explain.h"
+#include "job.h"
 
 #include <algorithm>
 #include <numeric>
 
 #include "console.h"
-#include "formation.h"
-#include "layer_files.h"
-#include "sarnerf/core/format.h"
+#include "products.h"
+#include "sarnerf/core/text.h"
 #include "values.h"
 
 namespace sarnerf::app {

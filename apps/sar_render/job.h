@@ -1,24 +1,86 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "console.h"
-#include "engine_choice.h"
-#include "formation.h"
-#include "memory_limit.h"
 #include "options.h"
-#include "recipe.h"
-#include "sarnerf/core/monitor.h"
-#include "sarnerf/core/stopwatch.h"
+#include "process.h"
+#include "recipe_file.h"
+#include "sarnerf/core/impulse_response.h"
+#include "sarnerf/core/parallel.h"
 #include "sarnerf/dataset/manifest.h"
 #include "sarnerf/render/engine.h"
-#include "sarnerf/render/tolerance.h"
 #include "sarnerf/scene/scene.h"
+#include "sarnerf/scene/vdb_scene.h"
 
 namespace sarnerf::app {
+
+/// Name of this program in recipes.
+inline constexpr const char* kProgram = "sar_render";
+
+/// The "request" of a recipe: every setting, and the fingerprints of the files given; known before the scene is loaded.
+/// "resolved" then holds what the program chose.
+Json request_of(const Options& options);
+
+struct Job;
+
+// The memory that a job is expected to take, against what it may (process.h). Each throws UsageError, saying what
+// is needed and what would fit, before anything of that size is allocated.
+
+/// What of a limit (0: none) is left for voxels beside the program itself.
+std::uint64_t memory_for_volume(std::uint64_t limit_bytes);
+
+/// Before the scene is loaded: images of the size asked for.
+void refuse_size_beyond_memory(const Options& options, const MemoryLimit& limit);
+
+/// Before the engine is built: scene, engine and images of the framed size.
+void refuse_scene_beyond_memory(const Job& job);
+
+/// After planning: chooses how many views are rendered at once, one per thread when there are enough
+/// and memory allows it, and sets Job::memory_bytes. Many small views run best one per thread, a few
+/// large ones with all threads on each.
+void decide_views_at_once(Job& job);
+
+/// The engine that renders a job, and how it was chosen.
+struct BuiltEngine {
+  std::unique_ptr<const Engine> engine;
+  bool voxel = false;
+  double voxel_size_m = 0.0;
+  std::uint64_t n_voxels = 0;      ///< occupied
+  double voxelise_s = 0.0;
+  std::vector<std::string> notes;  ///< what was chosen, and why: for the plan
+};
+
+/// A volume file as a scene. Tells the console what reading assumed.
+struct LoadedVolume {
+  Scene scene;
+  Volume volume;
+};
+LoadedVolume load_volume(const Options& options, const LoadOptions& load, Console& console);
+
+/// Builds what `options` ask for: `auto` takes the surface engine for meshes of homogeneous matter, where it is nearer to
+/// the truth at less cost, and the voxel engine for volumes. Writes --save-volume.
+BuiltEngine build_engine(const Options& options, const Scene& scene, std::optional<Volume> volume,
+                         const MemoryLimit& limit, Console& console, const Monitor& monitor);
+
+/// Pixels rendered on every side of the image and cut off after its formation, so that its borders receive what leaks into
+/// them from beyond. The size must be decided. Zero without an impulse response.
+Border border_of(const Options& options);
+
+/// What the user asked for, for recipes and provenance: only what is on.
+Json formation_request(const ImageFormation& formation);
+
+/// What follows from it: bandwidth, sidelobes, taps.
+Json formation_resolved(const Options& options, const Border& border);
+
+/// What is done, for --explain, a line each; and what is left out, empty if nothing.
+std::vector<std::string> formation_lines(const Options& options, const Border& border);
+std::string formation_left_out(const ImageFormation& formation);
 
 /// Wall-clock seconds of the stages that come before rendering.
 struct PreparationTimes {
@@ -60,5 +122,12 @@ PlannedCost planned_cost(const Job& job);
 
 /// What the program chose: the "resolved" part of a recipe.
 Json resolved_of(const Job& job);
+
+/// A line for each option that was given and changes nothing about this job, with what would give it an effect.
+std::vector<std::string> unused_options(const Job& job);
+
+/// The plan of a job for its user: what will be computed and with what settings, what is left out and
+/// why, rays, bytes and seconds expected. `place` is where the output goes.
+std::string explain(const Job& job, const std::string& place);
 
 }  // namespace sarnerf::app

@@ -2,10 +2,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app_main.h"
-#include "explain.h"
-#include "output_place.h"
+#include "job.h"
+#include "options.h"
 #include "sarnerf/scene/scene.h"
-#include "single_view.h"
 #include "sweep.h"
 
 namespace sarnerf::app {

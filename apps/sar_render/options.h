@@ -2,19 +2,20 @@
 #pragma once
 
 #include <filesystem>
-#include <glm/glm.hpp>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "sarnerf/dataset/calibration.h"
+#include <glm/glm.hpp>
+
+#include "process.h"
+#include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/render/engine.h"
 #include "sarnerf/render/image_formation.h"
 #include "sarnerf/scene/scene.h"
-#include "shared_options.h"
 
 namespace sarnerf::app {
 
@@ -76,5 +77,27 @@ struct Options {
 /// Empty when help or the version was asked for and has been printed. Throws UsageError, and
 /// InputError for a bad configuration file.
 std::optional<Options> parse_options(int argc, char** argv);
+
+/// Files of a single view.
+struct ImagePaths {
+  std::filesystem::path tiff, png, report;
+  std::filesystem::path recipe;  ///< appears last: where it is, the others are whole
+
+  /// The file of a layer, by its ending.
+  std::filesystem::path layer(const std::string& ending) const;
+};
+ImagePaths image_paths(const Options& options);
+
+/// Folder of a sweep.
+std::filesystem::path sweep_folder(const Options& options);
+
+/// Where the output of these options goes, for people.
+std::string output_text(const Options& options);
+
+/// Throws UsageError where --save-volume would replace something, before any work.
+void require_volume_place(const Options& options);
+
+/// Throws UsageError when a file to be written is one of the inputs.
+void refuse_input(const std::filesystem::path& output, const Options& options);
 
 }  // namespace sarnerf::app

@@ -7,10 +7,30 @@
 #include <vector>
 
 #include "job.h"
-#include "display_scale.h"
-#include "layer_files.h"
+#include "options.h"
+#include "sarnerf/render/layers.h"
 
 namespace sarnerf::app {
+
+/// Endings of the files that these layers become, with their dot: ".wall.tif", ".mask.png", …
+std::vector<std::string> layer_endings(const LayerSet& layers);
+
+/// A file beside the image.
+struct LayerFile {
+  std::string ending;  ///< replaces the image's
+  std::vector<std::byte> bytes;
+};
+
+/// Encodes the layers of a view, in the order of layer_endings(): each as TIFF (float32; the mask bytes),
+/// and pictures of the components (wall red, roof green, ground blue, other grey; decibels below the
+/// `white`), the mask (over `image`, the mean one of their calibration), incidence (0 to 90 degrees), elevation and scatterers.
+std::vector<LayerFile> encode_layers(const Layers& layers, const Image<float>& image, float white);
+
+/// Names of the layers, for recipes.
+Json layers_request(const LayerSet& layers);
+
+/// For --explain; empty without layers.
+std::string layers_line(const LayerSet& layers);
 
 /// How a view was sampled, and what error it says that it has.
 struct ViewSampling {
@@ -38,5 +58,32 @@ Products make_products(const Job& job, std::size_t view, const Monitor& monitor)
 
 /// The files of the products' layers; their pictures have the scale of the image's.
 std::vector<LayerFile> layer_files(const Products& products, const Options& options, const DisplayScale& scale);
+
+/// What a run of the program took: the only output that depends on clock and threads.
+struct RunFigures {
+  std::size_t n_rendered = 0;
+  std::size_t n_reused = 0;  ///< views finished by an earlier run
+  std::uint64_t n_hits = 0;
+  std::vector<double> errors;        ///< estimated, of each view rendered that knows
+  std::size_t n_unknown_errors = 0;  ///< views rendered that do not
+  std::size_t n_repeated = 0;        ///< renders beyond one a view, for --error
+  double trace_and_deposit_s = 0.0;  ///< summed over views
+  double formation_s = 0.0;
+  double encode_s = 0.0;
+  double write_s = 0.0;
+  double total_s = 0.0;  ///< wall clock of the whole program so far
+};
+
+/// Takes what one view gave.
+void add(const Products& products, RunFigures& figures);
+
+/// "error about 0.66 %", of all views rendered, and how many do not know theirs; empty before any is.
+std::string error_line(const RunFigures& figures);
+
+/// One line for people.
+std::string summary(const RunFigures& figures);
+
+/// The report as JSON.
+std::string report_text(const Job& job, const RunFigures& figures);
 
 }  // namespace sarnerf::app

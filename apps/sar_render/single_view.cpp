@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "single_view.h"
+#include "sweep.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "display_scale.h"
+#include "recipe_file.h"
 #include "output_files.h"
 #include "output_lock.h"
-#include "output_place.h"
+#include "options.h"
 #include "products.h"
-#include "report.h"
-#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/dataset/display.h"
 #include "sarnerf/dataset/image_file.h"
 
 namespace sarnerf::app {

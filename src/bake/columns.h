@@ -1,14 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "column_lattice.h"
 #include "sarnerf/bake/surface_mesh.h"
-#include "sarnerf/core/monitor.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/geometry/acquisition.h"
 
 namespace sarnerf {
+
+/// Square lattice over the horizontal plane. Through the centre of each cell goes one vertical line:
+/// line (i, k) at x = x_m + (i + ½) spacing_m, z = z_m + (k + ½) spacing_m.
+struct ColumnLattice {
+  double x_m = 0.0;  ///< corner of cell (0, 0), world coordinates
+  double z_m = 0.0;
+  double spacing_m = 1.0;
+  std::uint32_t n_x = 0;
+  std::uint32_t n_z = 0;
+};
+
+/// The lattice over a box; of an empty box, one without cells. A spacing of 0 gives about 512 cells along the
+/// box's longer side. Throws UsageError for a spacing that is negative, not finite, or gives more than 8192 cells
+/// a side.
+ColumnLattice column_lattice(const Box& box, double spacing_m);
+
+/// The first of n lines, `spacing_m` apart and half a spacing behind `corner_m` the first, at or beyond a
+/// coordinate; n when there is none. Monotonic in the coordinate and a function of it alone: all that must agree
+/// between neighbouring triangles goes through here.
+std::uint32_t first_line(double coordinate_m, double corner_m, double spacing_m, std::uint32_t n);
 
 /// What a solid holds of the lines of a lattice: the heights between which its winding number is above zero.
 /// Overlapping closed pieces thus become their union, cavities stay empty, and a mesh that looks inward holds
@@ -38,5 +59,46 @@ Columns columns_of(const SurfaceMesh& mesh, const ColumnLattice& lattice, const 
 
 /// Volume of the intersection of two solids over the same lattice (m³).
 double common_volume_m3(const Columns& a, const Columns& b);
+
+/// Where a vertical line meets a mesh.
+struct LineCrossing {
+  std::uint32_t i = 0;  ///< of the line along x
+  int turn = 0;         ///< change of the winding number on the way up: +1 into the solid, −1 out of it
+  double y_m = 0.0;
+};
+
+/// Crossings of a mesh with the vertical lines of a lattice, row by row. Along each line those of a closed mesh
+/// cancel exactly, also where it runs through an edge, a corner or along a wall: neighbouring triangles share the
+/// rounded ends of their spans, which hold one of both borders. Vertical triangles have no span. Expects corners
+/// that exist and finite coordinates; mesh and lattice must outlive this.
+class LineCrossings {
+ public:
+  LineCrossings(const SurfaceMesh& mesh, const ColumnLattice& lattice);
+
+  /// Replaces `crossings` by those of lattice row k, by line, then by height. Any number of threads may call.
+  void collect(std::uint32_t k, std::vector<LineCrossing>& crossings) const;
+
+ private:
+  void sort_into_rows();
+  void add(std::uint32_t k, const glm::uvec3& triangle, std::vector<LineCrossing>& crossings) const;
+
+  const SurfaceMesh& mesh_;
+  const ColumnLattice& lattice_;
+  std::vector<std::uint32_t> row_of_vertex_;  ///< the first row that lies at or beyond the vertex
+  std::vector<std::size_t> begin_;            ///< [n_z + 1], into triangles_
+  std::vector<std::uint32_t> triangles_;      ///< by row
+};
+
+/// What a mesh encloses although it is not closed: all that air from above and from the sides does not reach. The
+/// mesh stands on the ground, so nothing comes from below its box; its windings do not matter.
+///
+/// Air goes from centre to centre of the lattice's cubic cells, along the axes, and through no triangle: holes
+/// narrower than a cell hold, wider ones let it in, cavities count as filled. Columns end where they cross the
+/// surface, not at cells. Solids thinner than a cell may be missed. `n_met` and `n_open` stay 0.
+///
+/// The box must hold the mesh, and the lattice the box. Throws UsageError when there are more than 2³⁰ cells, of a
+/// byte each; Interrupted on request. Cost: about 10 ns a cell, and three times that of columns_of().
+Columns enclosed_columns(const SurfaceMesh& mesh, const Box& box_m, const ColumnLattice& lattice,
+                         const Monitor& monitor = {});
 
 }  // namespace sarnerf

@@ -5,16 +5,13 @@
 #include <cmath>
 
 #include "level_surface.h"
-#include "map_memory.h"
+#include "learned_volume.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
-#include "sarnerf/core/stopwatch.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/core/parallel.h"
 #include "sarnerf/nerf/model_file.h"
 #include "sarnerf/nerf/row_renderer.h"
-#include "solid_occupancy.h"
-#include "unbounded_space.h"
-#include "view_agreement.h"
-#include "volume_grids.h"
+#include "return_map.h"
 
 namespace sarnerf {
 namespace {

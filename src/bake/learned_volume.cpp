@@ -2,15 +2,17 @@
 #include "learned_volume.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <tuple>
 
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
 #include "sarnerf/core/parallel.h"
-#include "sarnerf/field/trilinear.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/field/field_sampler.h"
 
 namespace sarnerf {
+
 namespace {
 
 bool before(const glm::ivec3& a, const glm::ivec3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
@@ -101,6 +103,141 @@ LearnedVolume resampled(const LearnedVolume& volume, const VoxelLattice& lattice
     }
   });
   return result;
+}
+
+namespace {
+
+constexpr int kDegree = 2;
+constexpr std::size_t kDirections = 12;  ///< more than there are harmonics
+constexpr std::size_t kChunk = 1 << 15;  ///< points of the network at a time
+
+/// Two-way optical depth per reference bin below which there is no matter.
+constexpr double kLeastDepth = 0.01;
+
+/// Directions of the views, each the farthest from those before it.
+std::vector<glm::vec3> spread_directions(std::span<const Acquisition> views) {
+  std::vector<glm::dvec3> all;
+  for (const Acquisition& view : views) all.push_back(radar_frame(view).k);
+  std::vector<glm::vec3> chosen;
+  std::vector<double> nearest(all.size(), -2.0);  // cosine to the nearest chosen one
+  std::size_t next = 0;
+  while (chosen.size() < std::min(kDirections, all.size())) {
+    chosen.emplace_back(all[next]);
+    for (std::size_t n = 0; n < all.size(); ++n) nearest[n] = std::max(nearest[n], glm::dot(all[n], all[next]));
+    next = static_cast<std::size_t>(std::min_element(nearest.begin(), nearest.end()) - nearest.begin());
+  }
+  return chosen;
+}
+
+/// Matrix [n_harmonics × n_directions] that takes brightness in the directions to the coefficients of least squares.
+/// A little is added to the normal equations, so that directions that leave coefficients open give small ones.
+std::vector<double> fit_matrix(std::span<const glm::vec3> directions) {
+  constexpr std::size_t kN = n_harmonics(kDegree);
+  constexpr double kRidge = 1e-4;
+  std::array<std::array<double, 2 * kN>, kN> m{};  // normal equations beside the unit matrix
+  std::vector<std::array<double, kMaxHarmonics>> y;
+  for (const glm::vec3& d : directions) y.push_back(spherical_harmonics(glm::normalize(glm::dvec3(d)), kDegree));
+  for (std::size_t r = 0; r < kN; ++r) {
+    for (std::size_t c = 0; c < kN; ++c)
+      for (const auto& row : y) m[r][c] += row[r] * row[c] / static_cast<double>(y.size());
+    m[r][r] += kRidge;
+    m[r][kN + r] = 1.0;
+  }
+  for (std::size_t p = 0; p < kN; ++p) {  // positive definite: no pivoting is needed
+    const double inverse = 1.0 / m[p][p];
+    for (double& x : m[p]) x *= inverse;
+    for (std::size_t r = 0; r < kN; ++r) {
+      if (r == p) continue;
+      const double factor = m[r][p];
+      for (std::size_t c = 0; c < 2 * kN; ++c) m[r][c] -= factor * m[p][c];
+    }
+  }
+  std::vector<double> fit(kN * y.size());
+  for (std::size_t l = 0; l < kN; ++l)
+    for (std::size_t d = 0; d < y.size(); ++d)
+      for (std::size_t c = 0; c < kN; ++c)
+        fit[l * y.size() + d] += m[l][kN + c] * y[d][c] / static_cast<double>(y.size());
+  return fit;
+}
+
+}  // namespace
+
+FieldChannels sampled_channels() { return {false, kDegree, SourceBasis::harmonics}; }
+
+LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::span<const Acquisition> views,
+                      std::uint64_t max_memory_bytes, const Monitor& monitor) {
+  const DensityCache& cache = field.cache();
+  const std::vector<glm::ivec3> bricks = bricks_with_matter(cache.occupancy(), cache.transform(), lattice);
+  const FieldChannels channels = sampled_channels();
+  const int n_channels = channels.count();
+  LearnedVolume volume = empty_volume(lattice, channels, bricks, max_memory_bytes);
+  const BrickView<float> out = volume.grid.view();
+
+  // Places in cells that the field counts as occupied: elsewhere it is empty by its own definition.
+  std::vector<std::size_t> places;
+  BrickFinder finder(cache.occupancy().bricks());
+  const auto voxel_at = [&](std::size_t place) { return bricks[place / kBrickVoxels] * kBrickSide + voxel_in_brick(place); };
+  const auto place_m = [&](std::size_t place) {
+    return lattice.transform.world_from_index(glm::dvec3(voxel_at(place)));
+  };
+  for (std::size_t place = 0; place < bricks.size() * kBrickVoxels; ++place) {
+    if (!lattice.holds(voxel_at(place))) continue;
+    const glm::ivec3 cell = glm::ivec3(glm::floor(cache.transform().index_from_world(place_m(place))));
+    const std::uint32_t brick = finder.find(brick_of_voxel(cell));
+    if (brick != kNoBrick && cache.occupancy().cell(brick, cell)) places.push_back(place);
+  }
+
+  const std::vector<glm::vec3> directions = spread_directions(views);
+  const std::vector<double> fit = fit_matrix(directions);
+  const torch::NoGradGuard no_gradients;
+  const auto least = static_cast<float>(kLeastDepth / (2.0 * field.meaning().reference_bin_m));
+  double square = 0.0, square_residual = 0.0;
+  for (std::size_t first = 0; first < places.size(); first += kChunk) {
+    monitor.check();
+    monitor.report("evaluating the network", first, places.size());
+    const std::span some = std::span(places).subspan(first, std::min(kChunk, places.size() - first));
+    std::vector<glm::vec3> points_m;
+    for (const std::size_t place : some) points_m.emplace_back(place_m(place));
+    std::vector<std::uint32_t> one_ray{0, static_cast<std::uint32_t>(points_m.size())};
+    const MlpField::Values once = field.evaluate(points_m, std::span(directions).first(1), one_ray);
+    const float* const extinction = once.extinction_per_m.data_ptr<float>();
+    std::vector<std::size_t> matter;
+    std::vector<glm::vec3> matter_m;
+    for (std::size_t n = 0; n < some.size(); ++n) {
+      if (extinction[n] < least) continue;
+      out.values[some[n] * static_cast<std::size_t>(n_channels)] = extinction[n];
+      matter.push_back(some[n]);
+      matter_m.push_back(points_m[n]);
+    }
+    if (matter.empty()) continue;
+    // All points in one direction, then in the next.
+    std::vector<torch::Tensor> brightness;
+    one_ray[1] = static_cast<std::uint32_t>(matter_m.size());
+    for (std::size_t d = 0; d < directions.size(); ++d)
+      brightness.push_back(field.evaluate(matter_m, std::span(directions).subspan(d, 1), one_ray).brightness);
+    for (std::size_t n = 0; n < matter.size(); ++n) {
+      float* const value = &out.values[matter[n] * static_cast<std::size_t>(n_channels)];
+      for (std::size_t l = 0; l < static_cast<std::size_t>(channels.n_source()); ++l) {
+        double c = 0.0;
+        for (std::size_t d = 0; d < directions.size(); ++d)
+          c += fit[l * directions.size() + d] * double{brightness[d].data_ptr<float>()[n]};
+        value[1 + l] = static_cast<float>(c);
+      }
+      for (std::size_t d = 0; d < directions.size(); ++d) {
+        const auto y = spherical_harmonics(glm::normalize(glm::dvec3(directions[d])), kDegree);
+        double fitted = 0.0;
+        for (std::size_t l = 0; l < static_cast<std::size_t>(channels.n_source()); ++l)
+          fitted += y[l] * double{value[1 + l]};
+        const double truth = double{brightness[d].data_ptr<float>()[n]};
+        const double difference = std::max(0.0, fitted) - truth;
+        square_residual += double{value[0]} * difference * difference;
+        square += double{value[0]} * truth * truth;
+      }
+    }
+  }
+  monitor.report("evaluating the network", places.size(), places.size());
+  if (square > 0.0) volume.harmonics_residual = std::sqrt(square_residual / square);
+  return volume;
 }
 
 }  // namespace sarnerf

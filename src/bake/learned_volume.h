@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <span>
+#include <string>
+#include <vector>
 
-#include "sarnerf/core/monitor.h"
+#include <openvdb/openvdb.h>
+
+#include "sarnerf/bake/extract.h"
+#include "sarnerf/core/parallel.h"
 #include "sarnerf/field/brick_grid.h"
 #include "sarnerf/field/field_sampler.h"
-#include "sarnerf/field/occupancy.h"
+#include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/mlp_field.h"
+#include "sarnerf/scene/vdb_scene.h"
 
 namespace sarnerf {
 
@@ -63,5 +70,26 @@ std::vector<glm::ivec3> bricks_with_matter(const Occupancy& occupancy, const Gri
 /// twice: as bricks, and as the grids that are made of them.
 LearnedVolume empty_volume(const VoxelLattice& lattice, const FieldChannels& channels, std::span<const glm::ivec3> bricks,
                            std::uint64_t max_memory_bytes);
+
+/// What return_maps() of a box (in the frame of the views' aim points) holds for so many views, with the lists of returns
+/// that are made of them.
+std::uint64_t return_map_bytes(std::span<const Acquisition> views, const Box& box_m, double spacing_m);
+
+/// What such maps leave of the memory that is allowed; 0 where all is (0: unlimited). Throws UsageError where they leave
+/// nothing.
+std::uint64_t memory_beside_maps(std::span<const Acquisition> views, const Box& box_m, double spacing_m,
+                                 std::uint64_t max_memory_bytes);
+
+/// Names of the grids that volume_grids() makes.
+std::vector<std::string> grid_names(const FieldChannels& channels);
+
+/// The volume as grids of docs/volumes.md, an active voxel for each with extinction or brightness. `in_world`: the
+/// transform of all of them, the occupancy's too, which is given it here. `as_half`: brightness is written with 11 bits, in
+/// half the time; for volumes that were interpolated anyhow.
+VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world,
+                      const openvdb::FloatGrid::Ptr& occupancy, bool as_half);
+
+/// Adds to the volume's metadata what it was made from and how.
+void describe(VdbScene& volume, const Model& model, const ExtractOptions& options, const Extraction& extraction);
 
 }  // namespace sarnerf

@@ -1,17 +1,178 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "level_surface.h"
 
-#include <openvdb/tools/VolumeToMesh.h>
-
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <numeric>
 #include <string>
+#include <vector>
 
+#include <openvdb/tools/VolumeToMesh.h>
+
+#include "sarnerf/bake/extract.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/field/brick_grid.h"
 
 namespace sarnerf {
+
+namespace {
+
+using Leaf = openvdb::FloatTree::LeafNodeType;
+static_assert(Leaf::DIM == kBrickSide);
+
+/// Rounding of an image's zeros to some other smallest number, relative to the peak, does not keep space from being
+/// carved. As the carving before training has it.
+constexpr double kZero = 1e-6;
+
+/// A table of leaves takes 8 GiB then.
+constexpr double kMaxVoxelsPerSide = 8192.0;
+
+enum class Evidence { none, maybe, empty };
+
+/// A view and how far each of its rows is empty. Ranges R are kept as R² − r², r being the aim point's: that takes no
+/// root to compute, grows with R, and loses nothing for a radar far away.
+class Witness {
+ public:
+  Witness(const PosedImage& image, double zero_level) {
+    const Acquisition& a = image.acquisition;
+    validate(a);
+    const RadarFrame frame = radar_frame(a);
+    aim_m_ = a.aim_m;
+    row_of_ = frame.h / a.azimuth_spacing_m;
+    first_row_ = 0.5 * (a.n_azimuth - 1) + 0.5;  // half more, for rounding to the nearest
+    v_ = frame.v;
+    k_ = frame.k;
+    twice_range_m_ = 2.0 * a.slant_range_m;
+    near_m2_ = square_offset_m2(a.bin_offset_m(-0.5));
+    far_m2_ = square_offset_m2(a.bin_offset_m(a.n_range - 0.5));
+    for (int i = 0; i < a.n_azimuth; ++i) {
+      const std::span<const float> row = image.power.row(i);
+      const auto first = std::find_if(row.begin(), row.end(), [&](float p) { return double{p} > zero_level; });
+      // A row without any return is empty throughout.
+      first_m2_.push_back(first == row.end() ? std::numeric_limits<double>::infinity()
+                                             : square_offset_m2(a.bin_offset_m(double(first - row.begin()) - 0.5)));
+    }
+  }
+
+  Evidence about(const glm::dvec3& point_m) const {
+    const glm::dvec3 d = point_m - aim_m_;
+    const double row = glm::dot(row_of_, d) + first_row_;
+    if (!(row >= 0.0 && row < static_cast<double>(first_m2_.size()))) return Evidence::none;
+    const double along_k = glm::dot(k_, d), along_v = glm::dot(v_, d);
+    const double square_m2 = along_k * (twice_range_m_ + along_k) + along_v * along_v;
+    if (square_m2 < near_m2_ || square_m2 > far_m2_) return Evidence::none;
+    return square_m2 < first_m2_[static_cast<std::size_t>(row)] ? Evidence::empty : Evidence::maybe;
+  }
+
+ private:
+  double square_offset_m2(double offset_m) const { return offset_m * (twice_range_m_ + offset_m); }
+
+  glm::dvec3 aim_m_{0.0}, row_of_{0.0}, v_{0.0}, k_{0.0};
+  double first_row_ = 0.0, twice_range_m_ = 0.0, near_m2_ = 0.0, far_m2_ = 0.0;
+  std::vector<double> first_m2_;  ///< [n_azimuth] near edge of the first return
+};
+
+std::vector<Witness> witnesses(std::span<const PosedImage> images) {
+  float peak = 0.0f;
+  for (const PosedImage& image : images)
+    for (const float power : image.power.pixels()) peak = std::max(peak, power);
+  std::vector<Witness> views;
+  for (const PosedImage& image : images) views.emplace_back(image, kZero * double{peak});
+  return views;
+}
+
+/// Whether some view sees the place, and none sees it empty. `last` is the view that said so of the place before:
+/// neighbours are mostly empty for the same reason.
+bool is_full(std::span<const Witness> views, const glm::dvec3& point_m, std::size_t& last) {
+  if (views[last].about(point_m) == Evidence::empty) return false;
+  bool seen = false;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Evidence evidence = views[v].about(point_m);
+    if (evidence == Evidence::empty) {
+      last = v;
+      return false;
+    }
+    seen |= evidence == Evidence::maybe;
+  }
+  return seen;
+}
+
+glm::ivec3 n_voxels(const CarvingLattice& lattice) {
+  const glm::dvec3 size = lattice.box_m.size();
+  if (lattice.box_m.empty() || !(lattice.voxel_size_m > 0.0)) {
+    throw UsageError("carving: expected a box and voxels larger than 0, found a box of " + std::to_string(size.x) +
+                     " x " + std::to_string(size.y) + " x " + std::to_string(size.z) + " m and voxels of " +
+                     std::to_string(lattice.voxel_size_m) + " m");
+  }
+  // A box of whole voxels gets no more for the rounding of its size.
+  constexpr double kRounding = 1e-6;
+  const glm::dvec3 n = glm::max(glm::ceil(size / lattice.voxel_size_m - kRounding), 1.0);
+  if (!(std::max({n.x, n.y, n.z}) <= kMaxVoxelsPerSide)) {
+    throw UsageError("carving: expected at most 8192 voxels along a side, found " +
+                     std::to_string(std::max({n.x, n.y, n.z})) + "; choose larger voxels");
+  }
+  return glm::ivec3(n);
+}
+
+}  // namespace
+
+openvdb::FloatGrid::Ptr carved_occupancy(std::span<const PosedImage> images, const CarvingLattice& lattice,
+                                         std::optional<double> ground_height_m, const Monitor& monitor) {
+  const glm::ivec3 n = n_voxels(lattice);
+  const glm::dvec3 centre_m = lattice.box_m.min + 0.5 * lattice.voxel_size_m;  // of the first voxel
+  const auto grid = openvdb::FloatGrid::create(0.0f);
+  const auto transform = openvdb::math::Transform::createLinearTransform(lattice.voxel_size_m);
+  transform->postTranslate({centre_m.x, centre_m.y, centre_m.z});
+  grid->setTransform(transform);
+  grid->setName("occupancy");
+  const std::vector<Witness> views = witnesses(images);
+  if (views.empty()) return grid;
+
+  const glm::ivec3 n_leaves = (n + kBrickSide - 1) / kBrickSide;
+  const auto count = static_cast<std::size_t>(n_leaves.x) * static_cast<std::size_t>(n_leaves.y) *
+                     static_cast<std::size_t>(n_leaves.z);
+  const auto n_z = static_cast<std::size_t>(n_leaves.z), n_yz = static_cast<std::size_t>(n_leaves.y) * n_z;
+  std::vector<std::unique_ptr<Leaf>> leaves(count);
+  std::atomic<std::size_t> n_done = 0;
+  parallel_for(count, 64, [&](std::size_t begin, std::size_t end, int worker) {
+    monitor.check();
+    std::size_t last = 0;
+    for (std::size_t l = begin; l < end; ++l) {
+      const glm::ivec3 origin = kBrickSide * glm::ivec3(l / n_yz, l % n_yz / n_z, l % n_z);
+      auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
+      for (int offset = 0; offset < kBrickVoxels; ++offset) {
+        const glm::ivec3 voxel = origin + voxel_in_brick(offset);
+        if (glm::any(glm::greaterThanEqual(voxel, n))) continue;
+        const glm::dvec3 point_m = centre_m + lattice.voxel_size_m * glm::dvec3(voxel);
+        if (ground_height_m && point_m.y < *ground_height_m) continue;
+        if (is_full(views, point_m, last)) leaf->setValueOn(static_cast<openvdb::Index>(offset), 1.0f);
+      }
+      if (!leaf->isEmpty()) leaves[l] = std::move(leaf);
+    }
+    const std::size_t done = n_done += end - begin;
+    if (worker == 0) monitor.report("carving", done, count);
+  });
+  for (std::unique_ptr<Leaf>& leaf : leaves) {
+    if (leaf == nullptr) continue;
+    if (leaf->isDense()) {
+      grid->tree().addTile(1, leaf->origin(), 1.0f, true);
+    } else {
+      grid->tree().addLeaf(leaf.release());
+    }
+  }
+  return grid;
+}
+
+SurfaceMesh carved_solid(std::span<const PosedImage> images, const CarvingLattice& lattice,
+                         std::optional<double> ground_height_m, const Monitor& monitor) {
+  return level_surface(*carved_occupancy(images, lattice, ground_height_m, monitor));
+}
+
 namespace {
 
 /// Places are whole multiples of a voxel's 1024th: equal or apart by far more than double rounds world coordinates,

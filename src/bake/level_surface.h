@@ -3,6 +3,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include "sarnerf/bake/extract.h"
 #include "sarnerf/bake/surface_mesh.h"
 
 namespace sarnerf {
@@ -23,5 +24,10 @@ namespace sarnerf {
 /// Error where OpenVDB fails. Cost: 0.7 µs a triangle on one thread; memory grows with the surface, not with the
 /// volume. Vertices and triangles come in the order of the tree's leaves, whatever the number of threads.
 SurfaceMesh level_surface(const openvdb::FloatGrid& occupancy, double level = 0.5);
+
+/// What carved_solid() leaves: 1 in full voxels, 0 in empty ones, voxel (0, 0, 0) in the box's lowest corner. Leaves
+/// without any full voxel are not there, full ones are active tiles.
+openvdb::FloatGrid::Ptr carved_occupancy(std::span<const PosedImage> images, const CarvingLattice& lattice,
+                                         std::optional<double> ground_height_m, const Monitor& monitor);
 
 }  // namespace sarnerf

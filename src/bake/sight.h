@@ -6,14 +6,26 @@
 #include <span>
 #include <vector>
 
+#include <glm/glm.hpp>
+
 #include "sarnerf/bake/surface_mesh.h"
-#include "sarnerf/core/monitor.h"
+#include "sarnerf/core/parallel.h"
 #include "sarnerf/geometry/acquisition.h"
-#include "sarnerf/geometry/box.h"
 #include "sarnerf/trace/ray_tracer.h"
-#include "surface_samples.h"
 
 namespace sarnerf {
+
+/// A point on a surface.
+struct SurfaceSample {
+  glm::dvec3 point_m;
+  glm::dvec3 normal;  ///< outward, unit length
+  std::uint32_t triangle;
+};
+
+/// n points that stand for equal areas each: one per n-th of the surface's area, triangle after triangle, spread
+/// within strata and triangles by a sequence of low discrepancy. Always the same for the same mesh; none when it
+/// has no area. Expects corners that exist and finite coordinates.
+std::vector<SurfaceSample> sample_surface(const SurfaceMesh& mesh, std::size_t n);
 
 /// What lies open on a surface, and what of it radars can see, by rays. Rays run in float32 coordinates about the
 /// middle of the surface's box, in units of half its diagonal, so that neither offset nor scale of the world

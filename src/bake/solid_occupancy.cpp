@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solid_occupancy.h"
+#include "return_map.h"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "sarnerf/core/parallel.h"
-#include "view_agreement.h"
 
 namespace sarnerf {
 namespace {

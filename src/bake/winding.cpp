@@ -9,7 +9,7 @@
 #include <tuple>
 #include <utility>
 
-#include "line_crossings.h"
+#include "columns.h"
 #include "sarnerf/core/parallel.h"
 
 namespace sarnerf {

@@ -7,8 +7,8 @@
 
 #include "columns.h"
 #include "sarnerf/bake/surface_mesh.h"
-#include "sarnerf/core/monitor.h"
-#include "sarnerf/geometry/box.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/geometry/acquisition.h"
 
 namespace sarnerf {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Own writers: CGAL's keep neither comments nor, unless told how many, the digits of doubles.
-#include "sarnerf/bake/write_mesh.h"
+#include "sarnerf/bake/surface_mesh.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 #include <limits>
 #include <string>
 
-#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/core/error.h"
 
 namespace sarnerf {

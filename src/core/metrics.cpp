@@ -7,11 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "same_size.h"
+#include "image_checks.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
+#include "sarnerf/core/text.h"
 
 namespace sarnerf {
+
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -85,6 +86,128 @@ double log_amplitude_error_db(const Image<float>& power, const Image<float>& ref
     sum += d * d;
   }
   return std::sqrt(sum / double(power.pixels().size()));
+}
+
+namespace {
+
+constexpr int kWindow = 11;
+constexpr double kSigma_pixels = 1.5;
+
+/// What a window sees of the image x and the reference y: weighted means of x, y, x², y², xy.
+struct Moments {
+  double x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
+
+  void add(double weight, const Moments& m) {
+    x += weight * m.x;
+    y += weight * m.y;
+    xx += weight * m.xx;
+    yy += weight * m.yy;
+    xy += weight * m.xy;
+  }
+};
+
+Moments of_pixel(double x, double y) { return {x, y, x * x, y * y, x * y}; }
+
+/// Weights along a side of n pixels.
+std::vector<double> window_weights(int n) {
+  return gaussian_weights(static_cast<std::size_t>(std::min(n, kWindow)), kSigma_pixels);
+}
+
+double similarity(const Moments& m, double c1, double c2) {
+  const double xx = m.xx - m.x * m.x, yy = m.yy - m.y * m.y, xy = m.xy - m.x * m.y;
+  return (2.0 * m.x * m.y + c1) * (2.0 * xy + c2) / ((m.x * m.x + m.y * m.y + c1) * (xx + yy + c2));
+}
+
+}  // namespace
+
+double ssim(const Image<float>& image, const Image<float>& reference, double peak) {
+  require_same_size(image, reference);
+  if (image.pixels().empty()) throw UsageError("images without pixels have no similarity");
+  if (!(peak > 0.0 && std::isfinite(peak))) {
+    throw UsageError("the peak of an SSIM must be positive and finite; it is " +
+                     std::to_string(peak));
+  }
+  const double c1 = 0.01 * peak * (0.01 * peak), c2 = 0.03 * peak * (0.03 * peak);
+  const std::vector<double> down = window_weights(image.n_azimuth()),
+                            along = window_weights(image.n_range());
+  const int n_i = image.n_azimuth() - static_cast<int>(down.size()) + 1;
+  const int n_j = image.n_range() - static_cast<int>(along.size()) + 1;
+
+  double sum = 0.0;
+  std::vector<Moments> columns(static_cast<std::size_t>(image.n_range()));
+  for (int i = 0; i < n_i; ++i) {
+    std::fill(columns.begin(), columns.end(), Moments{});
+    for (std::size_t m = 0; m < down.size(); ++m) {
+      const auto x = image.row(i + static_cast<int>(m)), y = reference.row(i + static_cast<int>(m));
+      for (std::size_t j = 0; j < columns.size(); ++j)
+        columns[j].add(down[m], of_pixel(x[j], y[j]));
+    }
+    for (std::size_t j = 0; j < static_cast<std::size_t>(n_j); ++j) {
+      Moments window;
+      for (std::size_t m = 0; m < along.size(); ++m) window.add(along[m], columns[j + m]);
+      sum += similarity(window, c1, c2);
+    }
+  }
+  return sum / (double(n_i) * double(n_j));
+}
+
+namespace {
+
+void check(const LooksRule& rule) {
+  if (rule.window_pixels >= 2 && rule.step_pixels >= 1 && rule.quantile >= 0.0 &&
+      rule.quantile <= 1.0) {
+    return;
+  }
+  throw UsageError("looks are counted in windows of 2 or more pixels, 1 or more apart, at a quantile "
+                   "in [0, 1]; the rule says " +
+                   std::to_string(rule.window_pixels) + ", " + std::to_string(rule.step_pixels) +
+                   ", " + std::to_string(rule.quantile));
+}
+
+bool all_set(const Image<std::uint8_t>& mask, int i0, int j0, int side) {
+  for (int i = i0; i < i0 + side; ++i) {
+    const auto row = mask.row(i).subspan(static_cast<std::size_t>(j0), static_cast<std::size_t>(side));
+    if (std::find(row.begin(), row.end(), std::uint8_t{0}) != row.end()) return false;
+  }
+  return true;
+}
+
+/// None for a window without power.
+std::optional<double> looks_of_window(const Image<float>& power, int i0, int j0, int side) {
+  // About the first pixel: the sum of squares of a nearly flat window would drown its variance in rounding.
+  const double origin = double(power(i0, j0));
+  double sum = 0.0, squares = 0.0;
+  for (int i = i0; i < i0 + side; ++i) {
+    for (int j = j0; j < j0 + side; ++j) {
+      const double d = double(power(i, j)) - origin;
+      sum += d;
+      squares += d * d;
+    }
+  }
+  const double n = double(side) * side, mean = origin + sum / n;
+  if (!(mean > 0.0)) return std::nullopt;
+  const double variance = (squares - sum * sum / n) / (n - 1.0);
+  return mean * mean > kMostLooks * variance ? kMostLooks : mean * mean / variance;
+}
+
+}  // namespace
+
+std::optional<double> equivalent_looks(const Image<float>& power, const LooksRule& rule,
+                                       const Image<std::uint8_t>* only) {
+  check(rule);
+  if (only != nullptr) require_same_size(*only, power);
+  const int side = rule.window_pixels;
+  std::vector<double> looks;
+  for (int i = 0; i + side <= power.n_azimuth(); i += rule.step_pixels) {
+    for (int j = 0; j + side <= power.n_range(); j += rule.step_pixels) {
+      if (only != nullptr && !all_set(*only, i, j, side)) continue;
+      if (const auto value = looks_of_window(power, i, j, side)) looks.push_back(*value);
+    }
+  }
+  if (looks.empty()) return std::nullopt;
+  const auto place = looks.begin() + static_cast<std::ptrdiff_t>(rule.quantile * double(looks.size() - 1));
+  std::nth_element(looks.begin(), place, looks.end());
+  return *place;
 }
 
 }  // namespace sarnerf

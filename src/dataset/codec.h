@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstddef>
-#include <opencv2/imgcodecs.hpp>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
+
+#include <opencv2/imgcodecs.hpp>
 
 namespace sarnerf {
 
@@ -16,5 +18,24 @@ std::vector<std::byte> encode(const char* extension, const cv::Mat& mat,
 /// OpenCV's decoder, the file's own depth and channels kept, for headers that read_image_header() finds in order.
 /// Throws InputError with `where`.
 cv::Mat decode(std::span<const std::byte> bytes, const std::string& where);
+
+/// What an image file says about itself. Decoders believe it: a hundred bytes can make them allocate gigabytes.
+struct ImageHeader {
+  enum class Format { png, jpeg, tiff };
+  Format format = Format::png;
+  std::uint64_t n_rows = 0, n_columns = 0;
+  /// Of the largest piece that is decoded at once: the picture, or a strip or tile that is larger than it.
+  std::uint64_t n_bytes = 0;
+  int n_scans = 1;  ///< passes over all pixels, of progressive JPEG
+};
+
+/// Reads the header of a PNG, JPEG or TIFF file, BigTIFF included, told by its first bytes. Throws InputError
+/// with `where` for other files and for headers that are cut off. Cost: a pass over the bytes of a JPEG file,
+/// less for others.
+ImageHeader read_image_header(std::span<const std::byte> bytes, const std::string& where);
+
+/// Throws InputError for a picture that the file cannot hold, however well it is compressed, and for one that
+/// would take a decoder long for its size.
+void require_plausible(const ImageHeader& header, std::size_t file_bytes, const std::string& where);
 
 }  // namespace sarnerf

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/input_text.h"
+#include "sarnerf/core/text.h"
 
 namespace sarnerf {
 namespace {

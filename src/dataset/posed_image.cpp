@@ -1,13 +1,84 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/dataset/posed_image.h"
 
+#include <algorithm>
 #include <cmath>
+#include <queue>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/metrics.h"
 #include "sarnerf/core/parallel.h"
+#include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
 
 namespace sarnerf {
+
+namespace {
+
+constexpr std::string_view kQuantities[] = {"power", "amplitude"};
+constexpr std::string_view kCalibrations[] = {"beta0", "sigma0", "gamma0", "uncalibrated"};
+
+template <class Enum, std::size_t N>
+Enum from_name(const std::string_view (&names)[N], std::string_view name, const char* what) {
+  std::string known;
+  for (std::size_t n = 0; n < N; ++n) {
+    if (names[n] == name) return static_cast<Enum>(n);
+    known += (n > 0 ? ", " : "") + std::string(names[n]);
+  }
+  throw UsageError("there is no " + std::string(what) + " '" + std::string(name) + "'; known: " +
+                   known);
+}
+
+}  // namespace
+
+std::string_view name(Quantity quantity) { return kQuantities[static_cast<int>(quantity)]; }
+std::string_view name(Calibration calibration) {
+  return kCalibrations[static_cast<int>(calibration)];
+}
+
+Quantity quantity_from_name(std::string_view name) {
+  return from_name<Quantity>(kQuantities, name, "quantity");
+}
+Calibration calibration_from_name(std::string_view name) {
+  return from_name<Calibration>(kCalibrations, name, "calibration");
+}
+
+int calibrate(Image<float>& beta0, const Acquisition& acquisition, double reference_height_m,
+              Calibration calibration) {
+  if (calibration == Calibration::beta0) return 0;
+  if (calibration == Calibration::uncalibrated) {
+    throw UsageError("an image cannot be brought to 'uncalibrated'; choose beta0, sigma0 or gamma0");
+  }
+  const double height_m = acquisition.altitude_m() + acquisition.aim_m.y - reference_height_m;
+  if (!(height_m > 0.0)) {
+    throw GeometryError("calibration needs a radar above the reference plane; it stands " +
+                        std::to_string(-height_m) +
+                        " m below it: raise the altitude or lower --ground-height");
+  }
+  int n_without_incidence = 0;
+  for (int j = 0; j < beta0.n_range(); ++j) {
+    const double cosine = height_m / acquisition.range_m(j);
+    double factor = 0.0;
+    if (cosine < 1.0) {
+      const double sine = std::sqrt((1.0 - cosine) * (1.0 + cosine));
+      factor = calibration == Calibration::sigma0 ? sine : sine / cosine;
+    } else {
+      ++n_without_incidence;
+    }
+    for (int i = 0; i < beta0.n_azimuth(); ++i) {
+      beta0(i, j) = static_cast<float>(beta0(i, j) * factor);
+    }
+  }
+  return n_without_incidence;
+}
+
+void take_amplitude(Image<float>& power) {
+  for (float& p : power.pixels()) p = std::sqrt(p);
+}
+
 namespace {
 
 bool along_i(Axis axis) { return axis == Axis::plus_i || axis == Axis::minus_i; }
@@ -78,6 +149,119 @@ std::vector<PosedImage> load_images(const std::filesystem::path& folder, const D
     }
   });
   return images;
+}
+
+namespace {
+
+constexpr std::size_t kMostViews = 24;
+constexpr double kFlattest = 0.9;       ///< quantile of a view's windows
+constexpr double kSpeckledBelow = 50.0;  ///< looks
+
+constexpr float kFaintest = 1e-8f;        ///< of the peak, that can be seen
+
+bool most_exceed(std::span<const PosedImage> images, float power) {
+  std::size_t n_above = 0, n = 0;
+  for (const PosedImage& image : images) {
+    n += image.power.pixels().size();
+    for (const float p : image.power.pixels()) n_above += p > power;
+  }
+  return 2 * n_above > n;
+}
+
+}  // namespace
+
+bool has_background(std::span<const PosedImage> images) { return most_exceed(images, 0.0f); }
+
+bool has_visible_background(std::span<const PosedImage> images) {
+  float peak = 0.0f;
+  for (const PosedImage& image : images) {
+    for (const float p : image.power.pixels()) peak = std::max(peak, p);
+  }
+  return most_exceed(images, kFaintest * peak);
+}
+
+std::optional<double> looks_of(std::span<const PosedImage> images) {
+  if (!has_visible_background(images)) return std::nullopt;
+  const LooksRule rule{.quantile = kFlattest};
+  const std::size_t count = std::min(images.size(), kMostViews);
+  std::vector<double> looks;
+  for (std::size_t n = 0; n < count; ++n) {
+    if (const auto value = equivalent_looks(images[n * images.size() / count].power, rule))
+      looks.push_back(*value);
+  }
+  if (looks.empty()) return std::nullopt;
+  const auto middle = looks.begin() + static_cast<std::ptrdiff_t>(looks.size() / 2);
+  std::nth_element(looks.begin(), middle, looks.end());
+  return *middle;
+}
+
+bool is_speckled(std::span<const PosedImage> images) {
+  const auto looks = looks_of(images);
+  return looks && *looks < kSpeckledBelow;
+}
+
+namespace {
+
+constexpr float kGap = 10.0f;
+constexpr std::size_t kPixelsForEach = 10'000, kImagesForEach = 4;
+
+struct Dimmer {
+  bool operator()(const Outlier& a, const Outlier& b) const { return a.power > b.power; }
+};
+
+/// The `n` brightest pixels, brightest first.
+std::vector<Outlier> brightest(std::span<const PosedImage> images, std::size_t n) {
+  std::priority_queue<Outlier, std::vector<Outlier>, Dimmer> kept;
+  for (std::size_t v = 0; v < images.size(); ++v) {
+    const Image<float>& power = images[v].power;
+    for (int i = 0; i < power.n_azimuth(); ++i) {
+      const auto row = power.row(i);
+      for (int j = 0; j < power.n_range(); ++j) {
+        const float p = row[static_cast<std::size_t>(j)];
+        if (kept.size() == n && !(p > kept.top().power)) continue;
+        if (kept.size() == n) kept.pop();
+        kept.push({v, i, j, p, 0.0f});
+      }
+    }
+  }
+  std::vector<Outlier> list;
+  for (; !kept.empty(); kept.pop()) list.push_back(kept.top());
+  std::reverse(list.begin(), list.end());
+  return list;
+}
+
+}  // namespace
+
+std::vector<Outlier> find_outliers(std::span<const PosedImage> images) {
+  std::size_t n_pixels = 0;
+  for (const PosedImage& image : images) n_pixels += image.power.pixels().size();
+  const std::size_t most = std::max<std::size_t>(1, n_pixels / kPixelsForEach);
+  std::vector<Outlier> top = brightest(images, most + 1);
+  std::size_t n_above = top.empty() ? 0 : top.size() - 1;
+  // Where all other pixels are 0 there is nothing to compare with.
+  while (n_above > 0 && !(top[n_above].power > 0.0f && top[n_above - 1].power / top[n_above].power > kGap)) --n_above;
+  if (n_above == 0) return {};
+  const float limit = top[n_above].power;
+  top.resize(n_above);
+  std::set<std::size_t> holders;
+  for (Outlier& outlier : top) {
+    outlier.limit = limit;
+    holders.insert(outlier.image);
+  }
+  if (holders.size() * kImagesForEach > images.size()) return {};
+  return top;
+}
+
+std::vector<Outlier> limit_outliers(std::span<PosedImage> images) {
+  std::vector<Outlier> outliers = find_outliers(images);
+  for (const Outlier& o : outliers) images[o.image].power(o.i, o.j) = o.limit;
+  return outliers;
+}
+
+std::string outlier_text(const Outlier& outlier, std::span<const PosedImage> images) {
+  return format("%s: pixel %d, %d (azimuth row, range bin) holds a power of %.3g, and no pixel that others confirm more than "
+                "%.3g: it counts as that; is the file damaged?",
+                images[outlier.image].name.c_str(), outlier.i, outlier.j, double{outlier.power}, double{outlier.limit});
 }
 
 }  // namespace sarnerf

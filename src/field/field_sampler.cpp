@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "check_field.h"
-#include "sarnerf/field/trilinear.h"
 
 namespace sarnerf {
 namespace {

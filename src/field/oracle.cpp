@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/field/oracle.h"
+#include "sarnerf/field/field_sampler.h"
 
 #include <algorithm>
 #include <cmath>

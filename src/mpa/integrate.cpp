@@ -2,13 +2,58 @@
 #include "sarnerf/mpa/integrate.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "check_spans.h"
 #include "kernel.h"
+#include "sarnerf/core/error.h"
 
 namespace sarnerf {
+
+void SampleBatch::clear() {
+  ray_begin.assign(1, 0);
+  ray_row.clear();
+  ray_elevation.clear();
+  ray_direction.clear();
+  bin.clear();
+  length_m.clear();
+  point_m.clear();
+}
+
+SegmentSpans<float> spans(const SampleBatch& batch) {
+  return {batch.ray_begin, batch.ray_row, batch.bin, batch.length_m};
+}
+
+namespace {
+
+constexpr std::array<std::pair<Integrator, std::string_view>, 4> kNames{{
+    {Integrator::exact, "exact"},
+    {Integrator::midpoint, "midpoint"},
+    {Integrator::paper, "paper"},
+    {Integrator::paper_gated, "paper-gated"},
+}};
+
+}  // namespace
+
+std::string_view name(Integrator integrator) {
+  for (const auto& [value, text] : kNames) {
+    if (value == integrator) return text;
+  }
+  return "unknown";
+}
+
+Integrator integrator_from_name(std::string_view name) {
+  std::string known;
+  for (const auto& [value, text] : kNames) {
+    if (text == name) return value;
+    known += (known.empty() ? "" : ", ") + std::string(text);
+  }
+  throw UsageError("unknown integrator '" + std::string(name) + "'; choose one of " + known);
+}
+
 namespace {
 
 KernelInput kernel_input(const SegmentSpans<float>& segments, const FieldSamples<float>& field,

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "sarnerf/mpa/integrator.h"
+#include "sarnerf/mpa/integrate.h"
 
 /// What crosses from integrate.cpp into the kernels. Kernels are compiled for instruction sets that this
 /// processor may not have, so neither side shares an inline function: the linker keeps one copy of

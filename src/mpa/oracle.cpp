@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/mpa/oracle.h"
+#include "sarnerf/mpa/integrate.h"
 
 #include <cmath>
 #include <vector>

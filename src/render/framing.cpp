@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
+#include "sarnerf/core/text.h"
 
 namespace sarnerf {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/render/tolerance.h"
+#include "sarnerf/render/engine.h"
 
 #include <algorithm>
 #include <chrono>
@@ -9,7 +9,7 @@
 #include <string>
 
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/format.h"
+#include "sarnerf/core/text.h"
 
 namespace sarnerf {
 namespace {
@@ -35,7 +35,7 @@ constexpr double kCoarsest = 0.7;
 constexpr double kLeastGrowth = 1.4;
 constexpr int kMostPilots = 8;
 
-/// A single slice a row says too little about itself, and threes say most: see nested_sampling.h. Two may both miss
+/// A single slice a row says too little about itself, and threes say most: see row_slices.h. Two may both miss
 /// what a wall shows that is nearly parallel to them, and not know it by a factor of eight: not for fine tolerances.
 constexpr int kFewestSlices = 2;
 int fewest_slices(double tolerance) { return tolerance < 0.03 ? 3 : kFewestSlices; }

@@ -1,14 +1,150 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "frame.h"
-#include "legend.h"
-#include "notes.h"
-#include "series_style.h"
+#include "sarnerf/report/plot.h"
+#include "svg.h"
 
 namespace sarnerf {
+
+/// A place on an axis. Minor ticks have no label.
+struct Tick {
+  double value = 0.0;
+  std::string label{};
+};
+
+/// As many labels as an axis has by rule. Steps grow by at most 2.5, so with room for eight at least three fit.
+inline constexpr int kMostLabels = 8;
+
+/// The ticks of a linear axis within [low, high]: multiples of 1, 2 or 5 times a power of ten, by the
+/// smallest such step that gives at most `most_labels`. With kMostLabels there are at least three. Needs
+/// high − low ≥ 1e-6 max(|low|, |high|), so that every label differs from the next. In rising order.
+std::vector<Tick> linear_ticks(double low, double high, int most_labels = kMostLabels);
+
+/// The ticks of a logarithmic axis within [low, high], low > 0. Labelled are
+///
+///   - powers of ten, when at least three lie within; every second, third, fifth … where they are too many;
+///   - else 1, 2 and 5 times powers of ten, when at least three of these do;
+///   - else the ticks of a linear axis.
+///
+/// Powers of ten without a label, or else 2 and 5 times the labelled ones, or else 3, 4, 6, 7, 8 and 9 times, are
+/// minor ticks. Same bounds as linear_ticks.
+std::vector<Tick> log_ticks(double low, double high, int most_labels = kMostLabels);
+
+/// One or the other.
+std::vector<Tick> ticks(AxisScale scale, double low, double high, int most_labels = kMostLabels);
+
+/// What an axis shows.
+struct AxisRange {
+  AxisScale scale = AxisScale::linear;
+  double low = 0.0, high = 1.0;
+
+  bool shows(double value) const { return value >= low && value <= high; }
+  /// 0 at `low`, 1 at `high`; beyond for values outside.
+  double share(double value) const;
+};
+
+/// The limits of `plot.x` and `plot.y`: those given, else 4 % beyond the data, bars and notes included. An open
+/// linear limit does not leave zero behind when no value does. Throws UsageError as svg() says.
+AxisRange x_range(const Plot& plot);
+AxisRange y_range(const Plot& plot);
+
+/// Throws UsageError for values that have no place on their axis; see svg().
+void check_values(const Plot& plot);
+
+inline constexpr std::string_view kInk = "#1a1a1a";       ///< titles, axes, what is emphasised
+inline constexpr std::string_view kQuietInk = "#4d4d4d";  ///< labels
+inline constexpr std::string_view kGridInk = "#e4e4e4";
+inline constexpr std::string_view kBorderInk = "#c8c8c8";  ///< around the legend
+inline constexpr std::string_view kPaper = "#ffffff";
+
+/// How a series is drawn once everything automatic is decided.
+struct SeriesStyle {
+  std::string_view colour;
+  PlotMarker marker = PlotMarker::circle;
+  PlotLine line = PlotLine::solid;
+  bool emphasised = false;
+  double marker_radius_px = 0.0;  ///< 0 without marker
+};
+
+/// One style for each series of the plot. Colours repeat after seven, shapes after eight: 56 combinations.
+std::vector<SeriesStyle> series_styles(const Plot& plot);
+
+/// A marker as an SVG path. Shapes have the area of a circle of that radius, or look as if.
+std::string marker_path(PlotMarker marker, Spot centre, double radius_px);
+
+/// Attributes that paint a marker or a line of the style; `unit_px` is the width of a hairline.
+std::string marker_paint(const SeriesStyle& style, double unit_px);
+std::string line_paint(const SeriesStyle& style, double unit_px);
+
+/// The part of a plot that stands still: the area of the data, its axes and the texts around it.
+struct Frame {
+  Rect area;
+  AxisRange x, y;
+  std::vector<Tick> x_ticks, y_ticks;
+  std::vector<PlacedText> texts;
+  double bottom_px = 0.0;  ///< below the lowest text
+
+  double x_px(double value) const { return area.x0 + x.share(value) * area.width(); }
+  double y_px(double value) const { return area.y1 - y.share(value) * area.height(); }
+  Spot spot(const PlotPoint& point) const { return {x_px(point.x), y_px(point.y)}; }
+  bool shows(const PlotPoint& point) const { return x.shows(point.x) && y.shows(point.y); }
+};
+
+/// Lengths as shares of the plot's text size.
+inline constexpr double kMargin = 0.9;
+inline constexpr double kTickLength = 0.38;
+
+/// The frame within a strip `width_px` wide at the picture's left edge.
+Frame frame_of(const Plot& plot, double width_px);
+
+/// A series in the legend: a piece of its line with its marker in the middle, and its name.
+struct LegendEntry {
+  std::size_t series = 0;
+  Stroke sample;
+  std::vector<PlacedText> lines;
+};
+
+struct Legend {
+  Rect box;
+  std::vector<LegendEntry> entries;
+};
+
+/// The legend with its upper left corner at the origin: columns of equal width, filled one after the other, as
+/// many as fit into `width_px` but at most `max_columns`. Names break when wider than that. No
+/// entries when no series has a name.
+Legend legend_of(const Plot& plot, double width_px, std::size_t max_columns);
+
+/// The same elsewhere.
+Legend moved(Legend legend, Spot by);
+
+/// What the data cover.
+struct Obstacles {
+  std::vector<Rect> markers;
+  std::vector<Stroke> strokes;
+};
+
+struct PlacedNote {
+  Rect box;
+  std::vector<PlacedText> lines;
+  std::optional<Stroke> leader;  ///< from the note to its point, when it does not stand beside it
+};
+
+struct PlacedNotes {
+  std::vector<PlacedNote> notes;
+  std::size_t n_omitted = 0;  ///< for want of room
+};
+
+/// Finds for each note, in their order, the place around its point that covers least: never a text that stands
+/// already nor the rectangles `taken`, rather a line than a marker, rather near than far. Notes outside the
+/// limits are left out silently, as points are. O(notes × obstacles).
+PlacedNotes place_notes(const Plot& plot, const Frame& frame, const Obstacles& obstacles,
+                        std::vector<Rect> taken);
 
 /// Where everything stands.
 struct PlotLayout {

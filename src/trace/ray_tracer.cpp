@@ -1,16 +1,116 @@
 // SPDX-License-Identifier: Apache-2.0
+// Embree 4 replaced the intersection context by an arguments structure; these wrappers hide which of
+// the two is there. Nothing else in the project includes Embree.
 #include "sarnerf/trace/ray_tracer.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstring>
 #include <limits>
 #include <string>
 
-#include "embree.h"
 #include "sarnerf/core/error.h"
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+namespace sarnerf::embree {
+
+#if RTC_VERSION_MAJOR >= 4
+
+/// A query of many similar rays, without callbacks.
+struct CoherentQuery {
+  RTCIntersectArguments arguments;
+  CoherentQuery() {
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  }
+  void packet(const int* valid, RTCScene scene, RTCRayHit16* rays) {
+    rtcIntersect16(valid, scene, rays, &arguments);
+  }
+  void single(RTCScene scene, RTCRayHit* ray) { rtcIntersect1(scene, ray, &arguments); }
+};
+
+/// Sets tfar to minus infinity when the ray meets anything.
+inline void occluded(RTCScene scene, RTCRay* ray) {
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  rtcOccluded1(scene, ray, &arguments);
+}
+
+/// A query whose every potential hit is shown to `filter`, with `user` behind the context.
+struct FilteredQuery {
+  RTCRayQueryContext context;
+  void* user;
+  explicit FilteredQuery(void* user_data) : user(user_data) { rtcInitRayQueryContext(&context); }
+  void single(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter) {
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = static_cast<RTCRayQueryFlags>(RTC_RAY_QUERY_FLAG_INCOHERENT |
+                                                    RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+    arguments.context = &context;
+    arguments.filter = filter;
+    rtcIntersect1(scene, ray, &arguments);
+  }
+  static FilteredQuery& from(const RTCFilterFunctionNArguments* arguments) {
+    return *reinterpret_cast<FilteredQuery*>(arguments->context);
+  }
+};
+
+inline void enable_query_filters(RTCGeometry geometry) {
+  rtcSetGeometryEnableFilterFunctionFromArguments(geometry, true);
+}
+inline constexpr RTCSceneFlags kQueryFilterSceneFlag = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
+
+#else
+
+struct CoherentQuery {
+  RTCIntersectContext context;
+  CoherentQuery() {
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  }
+  void packet(const int* valid, RTCScene scene, RTCRayHit16* rays) {
+    rtcIntersect16(valid, scene, &context, rays);
+  }
+  void single(RTCScene scene, RTCRayHit* ray) { rtcIntersect1(scene, &context, ray); }
+};
+
+inline void occluded(RTCScene scene, RTCRay* ray) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, ray);
+}
+
+struct FilteredQuery {
+  RTCIntersectContext context;
+  void* user;
+  explicit FilteredQuery(void* user_data) : user(user_data) {
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  }
+  void single(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter) {
+    context.filter = filter;
+    rtcIntersect1(scene, &context, ray);
+  }
+  static FilteredQuery& from(const RTCFilterFunctionNArguments* arguments) {
+    return *reinterpret_cast<FilteredQuery*>(arguments->context);
+  }
+};
+
+inline void enable_query_filters(RTCGeometry) {}
+inline constexpr RTCSceneFlags kQueryFilterSceneFlag = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+
+#endif
+
+}  // namespace sarnerf::embree
+
 namespace sarnerf {
+
 namespace {
 
 constexpr std::size_t kPacket = 16;
@@ -243,6 +343,35 @@ std::uint64_t RayTracer::memory_bytes() const {
 }
 std::uint64_t RayTracer::peak_memory_bytes() const {
   return static_cast<std::uint64_t>(state_->memory.peak.load());
+}
+
+namespace {
+
+/// Two triangles for each face; corner n has the box's maximum along x, y, z where bits 0, 1, 2 are set.
+constexpr std::array<std::array<unsigned, 3>, 12> kFaces{{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6},
+                                                          {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
+                                                          {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}}};
+
+}  // namespace
+
+BoxTracer::BoxTracer(std::span<const FloatBox> boxes) {
+  vertices_m_.reserve(8 * boxes.size() + 1);
+  triangles_.reserve(12 * boxes.size());
+  for (const FloatBox& box : boxes) {
+    const auto first = static_cast<unsigned>(vertices_m_.size());
+    for (unsigned n = 0; n < 8; ++n) {
+      vertices_m_.emplace_back(n & 1 ? box.max.x : box.min.x, n & 2 ? box.max.y : box.min.y,
+                               n & 4 ? box.max.z : box.min.z);
+    }
+    for (const auto& face : kFaces) triangles_.emplace_back(first + face[0], first + face[1], first + face[2]);
+  }
+  vertices_m_.emplace_back(0.0f);  // RayTracer wants a readable element behind the end
+  tracer_ = std::make_unique<RayTracer>(std::span(vertices_m_).first(vertices_m_.size() - 1), triangles_);
+}
+
+std::uint64_t BoxTracer::memory_bytes() const {
+  return tracer_->memory_bytes() + vertices_m_.size() * sizeof(glm::vec3) +
+         triangles_.size() * sizeof(glm::uvec3);
 }
 
 }  // namespace sarnerf

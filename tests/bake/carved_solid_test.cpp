@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/bake/carved_solid.h"
+#include "sarnerf/bake/extract.h"
 
 #include <atomic>
 #include <cmath>
 #include <random>
 
-#include "carved_occupancy.h"
+#include "level_surface.h"
 #include "catch.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "enclosed.h"
+#include "columns.h"
 
 #include "catch.h"
 #include "sarnerf/bake/score.h"

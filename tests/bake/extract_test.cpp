@@ -6,7 +6,6 @@
 
 #include "../nerf/torch_catch.h"
 #include "learned_volume.h"
-#include "map_memory.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/nerf/grid_field.h"

@@ -7,7 +7,7 @@
 #include "learned_volume.h"
 #include "sarnerf/bake/extract.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/field/spherical_harmonics.h"
+#include "sarnerf/field/field_sampler.h"
 #include "sarnerf/nerf/mlp_field.h"
 #include "sarnerf/nerf/model_file.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "sarnerf/bake/surface_mesh.h"
-#include "sarnerf/bake/truth_surface.h"
+#include "sarnerf/bake/score.h"
 
 /// Closed meshes that look outward.
 namespace sarnerf::test {

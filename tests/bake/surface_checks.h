@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "sarnerf/bake/surface_mesh.h"
-#include "sarnerf/geometry/box.h"
+#include "sarnerf/geometry/acquisition.h"
 
 /// What the surface of a solid must fulfil.
 namespace sarnerf::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/bake/write_mesh.h"
+#include "sarnerf/bake/surface_mesh.h"
 
 #include <algorithm>
 

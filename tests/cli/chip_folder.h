@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "program.h"
-#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/dataset/manifest.h"
 #include "sarnerf/dataset/phoenix.h"

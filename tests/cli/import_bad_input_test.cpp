@@ -3,7 +3,7 @@
 
 #include "catch.h"
 #include "chip_folder.h"
-#include "sarnerf/dataset/display.h"
+#include "sarnerf/dataset/image_file.h"
 
 using namespace sarnerf;
 

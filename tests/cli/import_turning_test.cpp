@@ -7,7 +7,7 @@
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/dataset/posed_image.h"
-#include "sarnerf/dataset/view_interpolation.h"
+#include "sarnerf/evaluation/baseline.h"
 
 using namespace sarnerf;
 

@@ -5,9 +5,9 @@
 
 #include "../nerf/torch_catch.h"
 #include "programs.h"
-#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/dataset/image_file.h"
-#include "sarnerf/nerf/archive.h"
+#include "sarnerf/nerf/learned_field.h"
 
 using Json = nlohmann::ordered_json;
 

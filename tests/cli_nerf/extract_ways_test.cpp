@@ -9,7 +9,7 @@
 #include "programs.h"
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/dataset/image_file.h"
-#include "sarnerf/nerf/archive.h"
+#include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/mlp_field.h"
 #include "sarnerf/nerf/model_file.h"
 

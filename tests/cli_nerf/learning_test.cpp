@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "catch.h"
-#include "learning_output.h"
+#include "learning.h"
 
 using namespace sarnerf;
 using namespace sarnerf::bench;

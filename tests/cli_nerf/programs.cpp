@@ -11,7 +11,7 @@
 #include <csignal>
 #include <thread>
 
-#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/dataset/image_file.h"
 
 Outcome run_program(std::string program, std::vector<std::string> arguments,

@@ -7,7 +7,7 @@
 #include "output_lock.h"
 #include "programs.h"
 #include "sarnerf/dataset/image_file.h"
-#include "sarnerf/nerf/archive.h"
+#include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/model_file.h"
 
 using Json = nlohmann::json;

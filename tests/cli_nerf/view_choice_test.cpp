@@ -3,7 +3,7 @@
 
 #include "catch.h"
 #include "sarnerf/core/error.h"
-#include "view_choice.h"
+#include "nerf_common.h"
 
 using namespace sarnerf;
 using namespace sarnerf::app;

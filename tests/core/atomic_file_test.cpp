@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/files.h"
 
 #include <algorithm>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/closest_name.h"
+#include "sarnerf/core/text.h"
 
 #include <vector>
 

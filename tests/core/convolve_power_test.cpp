@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/convolve_power.h"
+#include "sarnerf/core/impulse_response.h"
 
 #include <random>
 
 #include "catch.h"
-#include "sarnerf/core/inner_image.h"
+#include "sarnerf/core/image.h"
 
 using namespace sarnerf;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/format.h"
+#include "sarnerf/core/text.h"
 
 #include "catch.h"
 

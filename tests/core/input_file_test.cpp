@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/input_file.h"
+#include "sarnerf/core/files.h"
 
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -11,8 +11,7 @@
 
 #include "catch.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/input_text.h"
-#include "sarnerf/core/sha256.h"
+#include "sarnerf/core/text.h"
 #include "scratch_folder.h"
 
 using namespace sarnerf;

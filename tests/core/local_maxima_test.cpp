@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/local_maxima.h"
+#include "sarnerf/core/image_analysis.h"
 
 #include <cmath>
 

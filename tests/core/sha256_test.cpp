@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/sha256.h"
+#include "sarnerf/core/files.h"
 
 #include <string>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/ssim.h"
+#include "sarnerf/core/metrics.h"
 
 #include <cmath>
 #include <random>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/target_mask.h"
+#include "sarnerf/core/image_analysis.h"
 
 #include <algorithm>
 #include <cmath>

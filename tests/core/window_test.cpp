@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/core/window.h"
+#include "sarnerf/core/impulse_response.h"
 
 #include <cmath>
 
 #include "catch.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/units.h"
-#include "sarnerf/core/impulse_response.h"
 
 using namespace sarnerf;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/dataset/background_scores.h"
+#include "sarnerf/evaluation/evaluation.h"
 
 #include <cmath>
 
@@ -7,9 +7,8 @@
 #include "catch.h"
 #include "posed_images.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/local_maxima.h"
+#include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/metrics.h"
-#include "sarnerf/dataset/evaluation.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/dataset/baseline.h"
+#include "sarnerf/evaluation/baseline.h"
 
 #include <algorithm>
 
 #include "catch.h"
 #include "posed_images.h"
-#include "sarnerf/core/gaussian_blur.h"
+#include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/metrics.h"
-#include "sarnerf/dataset/background.h"
+#include "sarnerf/dataset/posed_image.h"
 #include "../core/speckle.h"
 
 using namespace sarnerf;

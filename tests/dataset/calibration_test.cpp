@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/dataset/calibration.h"
+#include "sarnerf/dataset/posed_image.h"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/dataset/chip.h"
+#include "sarnerf/dataset/phoenix.h"
 
 #include <array>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "phoenix_chips.h"
 #include "posed_images.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/dataset/view_interpolation.h"
+#include "sarnerf/evaluation/baseline.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

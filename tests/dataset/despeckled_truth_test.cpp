@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/dataset/despeckled_truth.h"
+#include "sarnerf/evaluation/evaluation.h"
 
 #include "catch.h"
 #include "posed_images.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/gaussian_blur.h"
-#include "sarnerf/dataset/despeckled_evaluation.h"
+#include "sarnerf/core/image_analysis.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/dataset/display.h"
+#include "sarnerf/dataset/image_file.h"
 
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>

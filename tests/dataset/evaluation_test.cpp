@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/dataset/evaluation.h"
+#include "sarnerf/evaluation/evaluation.h"
 
 #include <atomic>
 #include <cmath>
@@ -10,7 +10,6 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/core/parallel.h"
-#include "sarnerf/core/ssim.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Damaged pixels: found wherever they are, and nothing else is taken for one.
-#include "sarnerf/dataset/outliers.h"
+#include "sarnerf/dataset/posed_image.h"
 
 #include <random>
 

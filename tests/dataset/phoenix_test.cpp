@@ -7,8 +7,7 @@
 #include "catch.h"
 #include "phoenix_chips.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/input_text.h"
-#include "sarnerf/dataset/chip.h"
+#include "sarnerf/core/text.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "catch.h"
-#include "sarnerf/core/atomic_file.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/dataset/image_file.h"
 #include "scratch_folder.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/dataset/view_interpolation.h"
+#include "sarnerf/evaluation/baseline.h"
 
 #include <set>
 

@@ -6,7 +6,7 @@
 #include "catch.h"
 #include "posed_images.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/dataset/view_interpolation.h"
+#include "sarnerf/evaluation/baseline.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

@@ -7,10 +7,10 @@
 #include <cstdlib>
 
 #include "sarnerf/core/units.h"
-#include "sarnerf/dataset/chip.h"
+#include "sarnerf/dataset/phoenix.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/dataset/image_index.h"
-#include "sarnerf/dataset/view_interpolation.h"
+#include "sarnerf/evaluation/baseline.h"
 
 using namespace sarnerf;
 

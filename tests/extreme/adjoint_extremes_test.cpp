@@ -8,7 +8,7 @@
 #include "catch.h"
 #include "matrix.h"
 #include "mpa_reference.h"
-#include "sarnerf/mpa/oracle.h"
+#include "sarnerf/mpa/integrate.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

@@ -8,7 +8,7 @@
 #include "../field/random_grid.h"
 #include "catch.h"
 #include "matrix.h"
-#include "sarnerf/field/oracle.h"
+#include "sarnerf/field/field_sampler.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

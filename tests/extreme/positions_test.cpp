@@ -3,7 +3,7 @@
 #include "catch.h"
 #include "matrix.h"
 #include "quad_geometry.h"
-#include "sarnerf/mpa/segments.h"
+#include "sarnerf/mpa/volume_march.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

@@ -6,8 +6,7 @@
 #include "extreme_scenes.h"
 #include "matrix.h"
 #include "quad_geometry.h"
-#include "view_rays.h"
-#include "visible_extent.h"
+#include "plan.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

@@ -7,7 +7,6 @@
 #include "catch.h"
 #include "random_grid.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/field/oracle.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

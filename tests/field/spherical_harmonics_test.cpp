@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/field/spherical_harmonics.h"
+#include "sarnerf/field/field_sampler.h"
 
 #include <cmath>
 

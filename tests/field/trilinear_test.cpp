@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/field/trilinear.h"
+#include "sarnerf/field/field_sampler.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 #include "catch.h"
 #include "random_grid.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/field/oracle.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

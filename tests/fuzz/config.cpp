@@ -3,7 +3,7 @@
 #include <sstream>
 #include <string>
 
-#include "flat_toml.h"
+#include "values.h"
 #include "fuzz_target.h"
 
 using namespace sarnerf;

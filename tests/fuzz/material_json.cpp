@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "fuzz_target.h"
-#include "sarnerf/scene/material.h"
+#include "sarnerf/scene/scene.h"
 
 using namespace sarnerf;
 using namespace sarnerf::fuzz;

@@ -6,10 +6,9 @@
 #include <utility>
 
 #include "fuzz_target.h"
-#include "readers.h"
-#include "repair.h"
-#include "scene_checks.h"
-#include "scene_file.h"
+#include "readers/readers.h"
+#include "repair/repair.h"
+#include "readers/scene_file.h"
 
 namespace sarnerf::fuzz {
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "fuzz_target.h"
-#include "sarnerf/dataset/chip.h"
 
 using namespace sarnerf;
 using namespace sarnerf::fuzz;

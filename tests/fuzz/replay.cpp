@@ -7,7 +7,7 @@
 #include <set>
 
 #include "fuzz_target.h"
-#include "sarnerf/core/input_file.h"
+#include "sarnerf/core/files.h"
 
 int main(int argc, char** argv) {
   if (argc != 2) {

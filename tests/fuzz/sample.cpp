@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/dataset/sample.h"
+#include "sarnerf/dataset/image_index.h"
 
 #include <sys/mman.h>
 #include <unistd.h>

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "fuzz_target.h"
-#include "scene_file.h"
+#include "readers/scene_file.h"
 
 using namespace sarnerf;
 using namespace sarnerf::fuzz;

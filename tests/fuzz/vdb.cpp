@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "read_vdb.h"
+#include "vdb/vdb_layouts.h"
 
 #include <cmath>
 
 #include "fuzz_target.h"
 #include "sarnerf/core/parallel.h"
-#include "sarnerf/scene/volume.h"
+#include "sarnerf/scene/vdb_scene.h"
 
 using namespace sarnerf;
 using namespace sarnerf::fuzz;

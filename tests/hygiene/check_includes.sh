@@ -12,6 +12,7 @@ allowed() {
     geometry | field) echo core ;;
     mpa) echo core geometry field ;;
     dataset) echo core geometry ;;
+    evaluation) echo core geometry dataset ;;
     report) echo core geometry dataset ;;
     scene) echo core geometry field ;;
     trace) echo core geometry field mpa ;;

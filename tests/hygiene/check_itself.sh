@@ -55,9 +55,17 @@ offence names src/core/a.cpp '/// Measured with sar_bench memory.'
 offence names scripts/read.sh '# See core/b.h'
 offence names docs/equations.md 'The loop is in `none.cpp`.'
 offence files src/core/new.cpp '// no licence'
-offence files src/core/a.cpp "$(seq -s '\n' 451)"
+offence files src/core/a.cpp "$(seq -s '\n' 701)"
 # Put together here, or this line would be an offence itself.
 offence files src/core/a.cpp "// see /$(echo home)/someone/mesh.obj"
+
+# Forty files of 61 lines bear the four short ones of the clean tree, and no fifth.
+clean_tree
+for n in $(seq 40); do { echo "$licence"; seq 60; } > "src/core/story$n.cpp"; done
+sh "$checks/check_shards.sh" || { echo "check_shards.sh refused a tree with few short files"; bad=1; }
+echo "$licence" > src/core/shard.cpp
+if report=$(sh "$checks/check_shards.sh"); then echo "check_shards.sh accepted a tenth of short files"; bad=1; fi
+echo "$report" | grep -qF src/core/shard.cpp || { echo "check_shards.sh did not name the short file: $report"; bad=1; }
 
 rm -rf "$scratch"
 exit $bad

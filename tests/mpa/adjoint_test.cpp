@@ -5,7 +5,7 @@
 
 #include "catch.h"
 #include "random_batch.h"
-#include "sarnerf/mpa/oracle.h"
+#include "sarnerf/mpa/integrate.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

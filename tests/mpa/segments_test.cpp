@@ -5,7 +5,7 @@
 
 #include "catch.h"
 #include "sarnerf/core/units.h"
-#include "sarnerf/mpa/segments.h"
+#include "sarnerf/mpa/volume_march.h"
 
 using namespace sarnerf;
 

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "catch.h"
-#include "sarnerf/field/occupancy.h"
+#include "sarnerf/field/brick_grid.h"
 #include "sarnerf/mpa/volume_march.h"
 
 using namespace sarnerf;

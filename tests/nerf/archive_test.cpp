@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/nerf/archive.h"
+#include "sarnerf/nerf/learned_field.h"
 
 #include <filesystem>
 #include <string>
 
 #include "sarnerf/core/error.h"
-#include "sarnerf/nerf/learned_field.h"
 #include "scratch_folder.h"
 #include "small_grid.h"
 #include "small_set.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A level ground in images without speckle: found, carved by, and looked at only where something stands on it.
-#include "grid_learning.h"
+#include "train/grid_learner.h"
 #include "ground_scene.h"
-#include "sarnerf/nerf/carving.h"
+#include "sarnerf/nerf/density_cache.h"
 #include "sarnerf/nerf/grid_field.h"
-#include "standing_view.h"
+#include "ground/median_ground.h"
 #include "torch_catch.h"
 
 using namespace sarnerf;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the ground lies whose texture speckled views share.
-#include "ground_height.h"
+#include "ground/median_ground.h"
 
 #include "ground_scene.h"
 #include "sarnerf/core/error.h"

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "sarnerf/core/units.h"
-#include "sarnerf/geometry/level_plane.h"
+#include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/nerf/training_set.h"
 
 /// Images of a block on a textured level ground, drawn without the library's renderers.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays that end on a level ground: closed forms, central differences, and how the ground is found under speckle.
-#include "sarnerf/nerf/level_ground.h"
+#include "sarnerf/nerf/ground.h"
 
 #include <numeric>
 
 #include "ground_scene.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/nerf/carving.h"
+#include "sarnerf/nerf/density_cache.h"
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/trainer.h"
 #include "small_grid.h"

@@ -6,8 +6,8 @@
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/metrics.h"
-#include "sarnerf/nerf/blas_check.h"
-#include "sarnerf/nerf/row_segments.h"
+#include "sarnerf/nerf/mlp_network.h"
+#include "sarnerf/nerf/row_renderer.h"
 #include "small_grid.h"
 #include "small_mlp.h"
 #include "torch_catch.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scale of the brightness after training: found again where it is known, left alone where there is no ground.
-#include "sarnerf/nerf/returned_share.h"
+#include "train/grid_learner.h"
 
 #include <random>
 

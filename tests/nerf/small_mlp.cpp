@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "sarnerf/nerf/row_segments.h"
+#include "sarnerf/nerf/row_renderer.h"
 #include "small_grid.h"
 
 namespace sarnerf {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // VoxelAdam against LibTorch's Adam, and what it leaves alone.
-#include "voxel_adam.h"
+#include "train/grid_learner.h"
 
 #include <torch/optim/adam.h>
 

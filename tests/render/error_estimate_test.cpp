@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What renders say about their own error, against exact visibility in double precision.
-#include "sarnerf/render/error_estimate.h"
+#include "sarnerf/render/engine.h"
 
 #include <algorithm>
 
@@ -8,8 +8,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/core/parallel.h"
-#include "sarnerf/render/section_reference.h"
-#include "sarnerf/render/tolerance.h"
+#include "reference/section_reference.h"
 #include "scenes.h"
 
 using namespace sarnerf;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What rays see first, against looking at every line.
-#include "lower_envelope.h"
+#include "reference/lower_envelope.h"
 
 #include <cmath>
 #include <random>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How rows are cut into slices.
-#include "row_slices.h"
+#include "surface/row_slices.h"
 
 #include <algorithm>
 #include <random>

@@ -7,7 +7,7 @@
 #include "sarnerf/core/units.h"
 #include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/render/framing.h"
-#include "sarnerf/render/surface_engine.h"
+#include "sarnerf/render/engine.h"
 #include "sarnerf/scene/scene.h"
 
 /// Scenes built in memory, so that these tests need no files.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The double-precision reference against paper, identities and the surface engine.
-#include "sarnerf/render/section_reference.h"
+#include "reference/section_reference.h"
 
 #include <functional>
 #include <random>

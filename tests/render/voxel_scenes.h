@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarnerf/render/voxel_engine.h"
-#include "sarnerf/scene/voxelise.h"
+#include "sarnerf/render/engine.h"
+#include "sarnerf/scene/vdb_scene.h"
 #include "scenes.h"
 
 namespace sarnerf::test {

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "number_text.h"
+#include "training_parts.h"
 
 #include <cmath>
 #include <limits>
 
-#include "base64.h"
+#include "svg.h"
 #include "catch.h"
-#include "signed_colours.h"
-#include "training_pictures.h"
 
 using namespace sarnerf;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/report/raster.h"
+#include "sarnerf/report/plot.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,6 @@
 #include "catch.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/dataset/image_file.h"
-#include "sarnerf/report/plot.h"
 #include "scratch_folder.h"
 #include "svg_document.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "rect.h"
+#include "svg.h"
 
 /// An element of an SVG document, in document order.
 struct SvgElement {

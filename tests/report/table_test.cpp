@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/report/table.h"
+#include "sarnerf/report/page.h"
 
 #include "catch.h"
 #include "sarnerf/core/error.h"

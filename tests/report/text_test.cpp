@@ -4,7 +4,7 @@
 
 #include "catch.h"
 #include "svg_document.h"
-#include "text_metrics.h"
+#include "svg.h"
 
 using namespace sarnerf;
 

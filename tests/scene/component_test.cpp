@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/scene/component.h"
+#include "sarnerf/scene/scene.h"
 
 #include <cmath>
 

@@ -4,7 +4,7 @@
 
 #include "catch.h"
 #include "files.h"
-#include "readers.h"
+#include "readers/readers.h"
 #include "solids.h"
 
 using namespace sarnerf;

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "catch.h"
-#include "vdb_file.h"
+#include "vdb/vdb_file.h"
 #include "vdb_scenes.h"
 
 #ifdef __SANITIZE_ADDRESS__

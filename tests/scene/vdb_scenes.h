@@ -13,7 +13,7 @@
 
 #include "files.h"
 #include "sarnerf/scene/vdb_scene.h"
-#include "vdb_grids.h"
+#include "vdb/vdb_grids.h"
 
 namespace sarnerf::test {
 

@@ -1,11 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "sarnerf/core/window.h"
+#include "sarnerf/core/image.h"
+#include "sarnerf/core/parallel.h"
 
 namespace sarnerf {
+
+/// Spectral weighting of a processor: what trades resolution for sidelobes.
+///
+/// | kind    | taper W(u), u = f/B in [−½, ½]                | parameters                          |
+/// |---------|-----------------------------------------------|-------------------------------------|
+/// | none    | 1                                             |                                     |
+/// | hann    | 0.5 + 0.5 cos 2πu                             |                                     |
+/// | hamming | 0.54 + 0.46 cos 2πu                           |                                     |
+/// | taylor  | 1 + 2 Σ_{m<n̄} F_m cos 2πmu                    | sidelobe_db (below zero), nbar      |
+/// | kaiser  | I₀(β √(1 − 4u²)) / I₀(β)                      | beta                                |
+///
+/// F_m are those of T. T. Taylor (1955) for n̄ nearly equal sidelobes (F2 in docs/image_formation.md).
+struct Window {
+  enum class Kind { none, hann, hamming, taylor, kaiser };
+  Kind kind = Kind::none;
+  double sidelobe_db = -35.0;
+  int nbar = 4;
+  double beta = 0.0;
+
+  bool operator==(const Window&) const = default;
+};
+
+/// "taylor:-35", "taylor:-35,5", "kaiser:6", "hamming", "hann", "none". Throws UsageError listing these,
+/// and for parameters that make no window: a sidelobe level outside −100 … −14 dB, n̄ outside 2 … 30 or
+/// too small for the level (missed by more than 2 dB, or a negative taper), β outside 0 … 50.
+Window window_from_text(std::string_view text);
+
+/// The inverse; every parameter is spelled out: "taylor:-35,4".
+std::string text_of(const Window& window);
+
+/// The window's taper and its transform, the impulse response of a band of width B at t = x B (x in
+/// metres, B in cycles/m). The response is real, because the taper is symmetric about the band's centre.
+class Taper {
+ public:
+  explicit Taper(const Window& window);
+
+  /// W(u); 0 outside [−½, ½].
+  double weight(double u) const;
+
+  /// h(t) = ∫ W(u) e^{2πiut} du, in closed form: sums of sinc, for Kaiser sinh and sin.
+  double response(double t) const;
+
+  /// ∫ W² du = ∫ h² dt.
+  double energy() const { return energy_; }
+
+  /// b: the −3 dB width of |h|² in units of 1/B, found by bisection to 1e-12. A resolution ρ needs the
+  /// bandwidth B = b / ρ.
+  double broadening() const { return broadening_; }
+
+  /// Highest sidelobe of |h|² relative to its peak (dB), searched over the first 40 sidelobes.
+  double peak_sidelobe_db() const;
+
+ private:
+  std::vector<double> cosines_;  ///< W as Σ c_m cos 2πmu; empty for Kaiser
+  double beta_ = 0.0, scale_ = 1.0;
+  double energy_ = 0.0, broadening_ = 0.0;
+};
 
 /// Impulse response along one axis, sampled at the pixels. Real and symmetric; its energy is 1, so that
 /// an extended target keeps its mean power.
@@ -54,5 +116,24 @@ struct Border {
 
 /// Wide enough for all but 1 % of the response's energy, at most one image of so many pixels on each side.
 Border border_of(const ImpulseResponse& response, int n_azimuth, int n_range);
+
+/// The image without a border on every side, which must leave something.
+template <class T>
+Image<T> without_border(Image<T> image, const Border& border) {
+  if (border.azimuth == 0 && border.range == 0) return image;
+  Image<T> inside(image.n_azimuth() - 2 * border.azimuth, image.n_range() - 2 * border.range);
+  for (int i = 0; i < inside.n_azimuth(); ++i) {
+    const auto from = image.row(i + border.azimuth).subspan(static_cast<std::size_t>(border.range), inside.row(i).size());
+    std::copy(from.begin(), from.end(), inside.row(i).begin());
+  }
+  return inside;
+}
+
+/// Σ |h_n|² of the mean power around each pixel, in place (F4 in docs/image_formation.md). Nothing comes in from beyond the
+/// borders, and what leaks out is lost. Being symmetric, it is its own adjoint.
+///
+/// The same bits for any number of threads and instruction set. Cost: O(pixels × taps); rows and pixels of no power are
+/// skipped. Values may be negative.
+void convolve_power(Image<float>& power, const ImpulseResponse& response, const Monitor& monitor = {});
 
 }  // namespace sarnerf

@@ -1,11 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
+// For loops over samples: one build serves all processors, and the loader picks the clone.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <string_view>
+#include <utility>
+
+#include "sarnerf/core/error.h"
 
 namespace sarnerf {
+
+/// What a long computation is given so that its caller can watch and stop it. Libraries never print:
+/// the program decides what becomes of the reports. Default-constructed, it watches nothing.
+struct Monitor {
+  /// Called now and then, possibly from any thread but never from two at once.
+  std::function<void(std::string_view stage, std::uint64_t done, std::uint64_t total)> progress;
+
+  /// Set from elsewhere (a signal handler, say) to end the computation at the next clean point.
+  const std::atomic<bool>* stop = nullptr;
+
+  bool stop_requested() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
+
+  /// Throws Interrupted when a stop was requested. Cheap enough for every row of an image.
+  void check() const {
+    if (stop_requested()) throw Interrupted();
+  }
+  void report(std::string_view stage, std::uint64_t done, std::uint64_t total) const {
+    if (progress) progress(stage, done, total);
+  }
+};
 
 /// Threads to use unless told otherwise: OMP_NUM_THREADS when it is a number above zero (or begins a list with
 /// one), else the processors of the affinity mask.
@@ -40,4 +68,30 @@ bool in_parallel_region();
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t begin, std::size_t end, int worker)>& body);
 
+/// Wall-clock seconds since it was made.
+class Stopwatch {
+ public:
+  double seconds() const { return seconds_between(start_, Clock::now()); }
+
+  /// The same, and begins anew.
+  double lap() {
+    const auto now = Clock::now();
+    return seconds_between(std::exchange(start_, now), now);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static double seconds_between(Clock::time_point a, Clock::time_point b) {
+    return std::chrono::duration<double>(b - a).count();
+  }
+
+  Clock::time_point start_ = Clock::now();
+};
+
 }  // namespace sarnerf
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define SARNERF_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define SARNERF_CLONES
+#endif

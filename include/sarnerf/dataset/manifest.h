@@ -11,12 +11,44 @@
 #include <string_view>
 #include <vector>
 
+#include "sarnerf/core/image.h"
 #include "sarnerf/core/impulse_response.h"
-#include "sarnerf/dataset/calibration.h"
+#include "sarnerf/core/parallel.h"
 #include "sarnerf/geometry/acquisition.h"
-#include "sarnerf/geometry/box.h"
 
 namespace sarnerf {
+
+/// What a pixel measures: linear power, or its square root.
+enum class Quantity { power, amplitude };
+
+/// The area that backscatter is divided by.
+enum class Calibration {
+  beta0,         ///< pixel area in the slant plane: radar brightness
+  sigma0,        ///< pixel area on the reference plane: β⁰ sin θ_j
+  gamma0,        ///< the same seen from the radar: β⁰ tan θ_j
+  uncalibrated,  ///< unknown factor; for read data only
+};
+
+std::string_view name(Quantity quantity);
+std::string_view name(Calibration calibration);
+
+/// Inverses of name(). Throw UsageError listing the names that exist.
+Quantity quantity_from_name(std::string_view name);
+Calibration calibration_from_name(std::string_view name);
+
+/// Turns β⁰ (linear power, [n_azimuth × n_range]) into σ⁰ or γ⁰ in place:
+///
+///     σ⁰ = β⁰ sin θ_j    γ⁰ = β⁰ tan θ_j    cos θ_j = H / r_j
+///
+/// with H (m) the radar's height above the reference plane at `reference_height_m` (world). Bins nearer
+/// than H lie above the plane's nadir, where θ_j does not exist; there θ_j = 0 and both vanish.
+/// Returns the number of such bins. Throws GeometryError when the radar stands below the plane, and
+/// UsageError for `uncalibrated`.
+int calibrate(Image<float>& beta0, const Acquisition& acquisition, double reference_height_m,
+              Calibration calibration);
+
+/// Power to amplitude in place.
+void take_amplitude(Image<float>& power);
 
 /// What a file's rows or columns run along: azimuth rows i or slant-range bins j, forwards or backwards.
 enum class Axis { plus_i, minus_i, plus_j, minus_j };
@@ -90,5 +122,14 @@ Dataset parse_manifest(std::string_view text, const std::string& where);
 /// parse_manifest on the dataset.json of a folder. Where there is none, the InputError says whether a program was killed
 /// there before it wrote one.
 Dataset read_manifest(const std::filesystem::path& folder);
+
+/// SHA-256 of a dataset: of its manifest and its images in the manifest's order, in the form
+///
+///     sha256sum dataset.json IMAGE… | sha256sum
+///
+/// so that a model can say what it was learned from. Throws InputError for a file that cannot be read, Interrupted when
+/// the monitor asks for it. Cost: reading all images, in parallel.
+std::string dataset_fingerprint(const std::filesystem::path& folder, const Dataset& dataset,
+                                const Monitor& monitor = {});
 
 }  // namespace sarnerf

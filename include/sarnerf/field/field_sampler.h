@@ -1,13 +1,81 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include <glm/glm.hpp>
 
 #include "sarnerf/field/brick_grid.h"
-#include "sarnerf/field/spherical_harmonics.h"
-#include "sarnerf/field/trilinear.h"
 
 namespace sarnerf {
+
+/// Degrees 0, 1 and 2 are supported: 1, 4 and 9 harmonics.
+inline constexpr int kMaxHarmonicsDegree = 2;
+inline constexpr int kMaxHarmonics = 9;
+constexpr int n_harmonics(int degree) { return (degree + 1) * (degree + 1); }
+
+/// Real orthonormal spherical harmonics Y_lm of a unit vector in world axes, in the order (0,0), (1,−1),
+/// (1,0), (1,1), (2,−2) … (2,2); no Condon–Shortley sign. Those beyond `degree` are left 0.
+template <class T>
+std::array<T, kMaxHarmonics> spherical_harmonics(const glm::vec<3, T>& d, int degree) {
+  constexpr T kSqrt5 = T(2.23606797749978969640917366873127624L);
+  constexpr T kZero = std::numbers::inv_sqrtpi_v<T> / 2;  // √(1/4π)
+  constexpr T kOne = std::numbers::sqrt3_v<T> * kZero;    // √(3/4π)
+  constexpr T kTwo = kSqrt5 * kOne;                       // √(15/4π)
+  constexpr T kTwoAxial = kSqrt5 * kZero / 2;             // √(5/16π)
+
+  std::array<T, kMaxHarmonics> y{};
+  y[0] = kZero;
+  if (degree >= 1) {
+    y[1] = kOne * d.y;
+    y[2] = kOne * d.z;
+    y[3] = kOne * d.x;
+  }
+  if (degree >= 2) {
+    y[4] = kTwo * d.x * d.y;
+    y[5] = kTwo * d.y * d.z;
+    y[6] = kTwoAxial * (3 * d.z * d.z - 1);
+    y[7] = kTwo * d.x * d.z;
+    y[8] = kTwo / 2 * (d.x * d.x - d.y * d.y);
+  }
+  return y;
+}
+
+/// Trilinear interpolation of all channels at points, 0 where there is no brick.
+///
+/// `points_m` [n_points] in the frame of the grid's transform; `samples` [n_points × n_channels]. A
+/// point that is not finite, or beyond the voxels that bricks can hold, samples 0. Indices are formed in
+/// double, so that precision does not depend on how large a scene is; the rest is float32. Throws
+/// UsageError where lengths do not fit. Cost: a brick look-up and eight voxels; 30 ns with one channel, 36
+/// with five, on one thread of a 2.5 GHz Xeon with a busy neighbour and the voxels in cache.
+void sample_trilinear(const BrickView<const float>& grid, std::span<const glm::vec3> points_m,
+                      std::span<float> samples);
+
+/// The same for many small sets of points: remembers where it was. One per thread; the grid must outlive it
+/// and not change meanwhile.
+class TrilinearSampler {
+ public:
+  explicit TrilinearSampler(const BrickView<const float>& grid);
+  void sample(std::span<const glm::vec3> points_m, std::span<float> samples);
+
+ private:
+  using Sample = void (*)(const BrickView<const float>&, BrickFinder&, std::span<const glm::vec3>,
+                          const float* zeros, float* out);
+  BrickView<const float> grid_;
+  BrickFinder finder_;
+  std::vector<float> zeros_;  ///< stand for voxels of bricks that are not there
+  Sample sample_;
+};
+
+/// Adjoint of sample_trilinear(): adds to `grid_gradients` what ∂L/∂samples [n_points × n_channels] means
+/// for the voxels. What falls outside of the bricks is dropped. Several threads need values of their own,
+/// or bricks that they do not share.
+void scatter_trilinear(const BrickView<float>& grid_gradients, std::span<const glm::vec3> points_m,
+                       std::span<const float> sample_gradients);
 
 /// What the channels behind the extinctions say about the source term.
 enum class SourceBasis {
@@ -96,3 +164,25 @@ void sample_field_adjoint(const BrickView<float>& grid_gradients, const FieldCha
                           const FieldPoints<const float>& point_gradients);
 
 }  // namespace sarnerf
+
+/// Scalar double-precision reference for field_sampler.h and field_sampler.h: one voxel at a time, to be
+/// read and checked, not to be fast. Tests compare the float32 versions with it.
+namespace sarnerf::oracle {
+
+void sample_trilinear(const BrickView<const double>& grid, std::span<const glm::dvec3> points_m,
+                      std::span<double> samples);
+
+void scatter_trilinear(const BrickView<double>& grid_gradients,
+                       std::span<const glm::dvec3> points_m,
+                       std::span<const double> sample_gradients);
+
+void sample_field(const BrickView<const double>& grid, const FieldChannels& channels,
+                  std::span<const glm::dvec3> points_m, const RayDirections& rays,
+                  const FieldPoints<double>& out);
+
+void sample_field_adjoint(const BrickView<double>& grid_gradients, const FieldChannels& channels,
+                          std::span<const glm::dvec3> points_m, const RayDirections& rays,
+                          std::span<const double> brightness,
+                          const FieldPoints<const double>& point_gradients);
+
+}  // namespace sarnerf::oracle

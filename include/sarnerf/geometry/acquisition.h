@@ -1,12 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <glm/glm.hpp>
+#include <array>
+#include <limits>
 #include <numbers>
+#include <vector>
+
+#include <glm/glm.hpp>
 
 #include "sarnerf/core/impulse_response.h"
 
 namespace sarnerf {
+
+/// Axis-aligned box in world coordinates (m). Default-constructed it is empty.
+struct Box {
+  glm::dvec3 min{std::numeric_limits<double>::infinity()};
+  glm::dvec3 max{-std::numeric_limits<double>::infinity()};
+
+  bool empty() const { return !(min.x <= max.x && min.y <= max.y && min.z <= max.z); }
+  glm::dvec3 centre() const { return 0.5 * (min + max); }
+  glm::dvec3 size() const { return max - min; }
+
+  void include(const glm::dvec3& p) {
+    min = glm::min(min, p);
+    max = glm::max(max, p);
+  }
+
+  std::array<glm::dvec3, 8> corners() const {
+    std::array<glm::dvec3, 8> c;
+    for (int n = 0; n < 8; ++n) {
+      c[static_cast<std::size_t>(n)] = {n & 1 ? max.x : min.x, n & 2 ? max.y : min.y,
+                                        n & 4 ? max.z : min.z};
+    }
+    return c;
+  }
+};
 
 enum class Look { right, left };
 
@@ -72,5 +100,15 @@ struct RadarPoint {
 /// only uses differences to the aim point, and for radars far away because the range difference is
 /// formed without subtracting large numbers.
 RadarPoint project(const Acquisition& acquisition, const RadarFrame& frame, const glm::dvec3& world_m);
+
+/// Horizontal distance, from the aim point away from the radar (m), of what each bin's centre sees of the level plane
+/// `height_m` above the aim point, [n_range]; NaN in bins that are nearer than the plane. Relative to the aim point the
+/// radar sees in pixel (i, j) the plane's point
+///
+///     height ŷ + a_i h + d_j u        u = (−sin φ, 0, −cos φ)
+std::vector<double> plane_offsets_m(const Acquisition& acquisition, double height_m);
+
+/// u: the level direction in which range grows.
+glm::dvec3 level_range_direction(const Acquisition& acquisition);
 
 }  // namespace sarnerf

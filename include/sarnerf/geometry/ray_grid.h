@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "sarnerf/geometry/acquisition.h"
-#include "sarnerf/geometry/box.h"
 
 namespace sarnerf {
 

@@ -1,12 +1,60 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <span>
+#include <string_view>
+#include <vector>
 
-#include "sarnerf/mpa/integrator.h"
-#include "sarnerf/mpa/sample_batch.h"
+#include <glm/glm.hpp>
 
 namespace sarnerf {
+
+/// Bin of a segment nearer than bin 0: it attenuates what lies behind and contributes to no pixel.
+inline constexpr std::uint32_t kNoBin = 0xffffffffu;
+
+/// Segments of many rays in compressed-row form: ray q owns segments [ray_begin[q], ray_begin[q + 1]),
+/// ordered by range, each inside one bin. The pixel of segment s is bin[s] of image row ray_row[q].
+struct SampleBatch {
+  std::vector<std::uint32_t> ray_begin{0};   ///< [n_rays + 1]
+  std::vector<std::uint32_t> ray_row;        ///< [n_rays] row of the batch's image, 0-based
+  std::vector<std::uint32_t> ray_elevation;  ///< [n_rays] k
+  std::vector<glm::vec3> ray_direction;  ///< [n_rays] world frame, from the radar into the scene
+
+  std::vector<std::uint32_t> bin;  ///< [n_segments] j or kNoBin
+  std::vector<float> length_m;     ///< [n_segments] ℓ ≤ Δr
+  std::vector<glm::vec3> point_m;  ///< [n_segments] centre, relative to the aim point, world axes
+
+  std::size_t n_rays() const { return ray_row.size(); }
+  std::size_t n_segments() const { return bin.size(); }
+  void clear();
+};
+
+/// What the integrators need to know about the segments; a view, so that the caller owns all memory.
+template <class T>
+struct SegmentSpans {
+  std::span<const std::uint32_t> ray_begin;  ///< [n_rays + 1]
+  std::span<const std::uint32_t> ray_row;    ///< [n_rays]
+  std::span<const std::uint32_t> bin;        ///< [n_segments]
+  std::span<const T> length_m;               ///< [n_segments]
+};
+
+SegmentSpans<float> spans(const SampleBatch& batch);
+
+/// Rule for the contribution of one homogeneous segment of two-way optical depth x, with T the
+/// transmittance up to its near end, length ℓ, scattering P, brightness γ = P ℓ / x.
+enum class Integrator {
+  exact,     ///< P ℓ T (1 − e^−x)/x: exact for a constant segment, stable for every x
+  midpoint,  ///< P ℓ T e^(−x/2): second order for small x
+  paper,     ///< P ℓ T e^−x: the inclusive product of printed eqs. 6 and 24
+  paper_gated,  ///< γ T e^−x tanh x: printed eq. 30 with its inclusive sum; depends on the cell size
+};
+
+/// "exact", "midpoint", "paper", "paper-gated".
+std::string_view name(Integrator integrator);
+
+/// Inverse of name(). Throws UsageError listing the names that exist.
+Integrator integrator_from_name(std::string_view name);
 
 /// What the source term of a segment holds.
 enum class SourceForm {
@@ -84,3 +132,16 @@ void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<f
                        const FieldGradients<float>& gradients, InstructionSet set);
 
 }  // namespace sarnerf
+
+/// Scalar double-precision reference for everything in integrate.h: written to be read and checked
+/// against the equations, not to be fast. Tests compare the vectorised kernels with it.
+namespace sarnerf::oracle {
+
+void integrate(const SegmentSpans<double>& segments, const FieldSamples<double>& field,
+               Integrator integrator, int n_range, std::span<double> pixels);
+
+void integrate_adjoint(const SegmentSpans<double>& segments, const FieldSamples<double>& field,
+                       Integrator integrator, int n_range, std::span<const double> pixel_gradients,
+                       const FieldGradients<double>& gradients);
+
+}  // namespace sarnerf::oracle

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "sarnerf/field/field_sampler.h"
-#include "sarnerf/field/occupancy.h"
+#include "sarnerf/field/brick_grid.h"
 #include "sarnerf/nerf/learned_field.h"
-#include "sarnerf/nerf/level_ground.h"
+#include "sarnerf/nerf/ground.h"
 #include "sarnerf/nerf/training_set.h"
 
 namespace sarnerf {

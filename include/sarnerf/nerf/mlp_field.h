@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "sarnerf/core/monitor.h"
-#include "sarnerf/mpa/integrator.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/mpa/integrate.h"
 #include "sarnerf/nerf/density_cache.h"
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/mlp_network.h"

@@ -1,16 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <glm/glm.hpp>
 #include <torch/types.h>
 
-#include <cstdint>
-#include <glm/glm.hpp>
-#include <span>
-
-#include "sarnerf/geometry/box.h"
-#include "sarnerf/nerf/mlp_shape.h"
+#include "sarnerf/geometry/acquisition.h"
 
 namespace sarnerf {
+
+/// Sizes of the network of SAR-NeRF. The defaults are those of its authors' code (the paper gives none): 595,586
+/// parameters.
+///
+///     encoded position ─► trunk: depth × width, ReLU ─┬─► sigma (1)
+///                                                     └─► bottleneck: width
+///     bottleneck, encoded direction ─► direction: width / 2, ReLU ─► s (1)
+///
+/// The trunk sees the encoded position again in front of its output number `skip`, the layer `direction` the encoded
+/// direction behind the bottleneck's output.
+struct MlpShape {
+  int depth = 8;    ///< ≥ 1
+  int width = 256;  ///< even, ≥ 2
+  int skip = 4;     ///< 0-based; negative for none, else less than depth − 1
+  int position_frequencies = 10;  ///< L of eq. 27 for the position, ≥ 0
+  int direction_frequencies = 4;  ///< the same for the direction
+
+  bool operator==(const MlpShape&) const = default;
+};
+
+/// One affine map y = W x + b. The parameters of all are one array, in which W [n_out, n_in] begins at `weight` and b
+/// [n_out] at `bias`.
+struct MlpLayer {
+  std::string_view name;  ///< trunk, sigma, bottleneck, direction, s
+  std::int64_t n_in, n_out;
+  std::int64_t weight, bias;
+};
+
+/// All layers, in the order of their parameters: the trunk's, sigma, bottleneck, direction, s. Throws UsageError for
+/// impossible sizes.
+std::vector<MlpLayer> mlp_layers(const MlpShape& shape);
+
+std::int64_t mlp_parameter_count(const MlpShape& shape);
+
+/// Features of an encoded vector of three components: itself, and sin and cos of 2ˡπ times it for L frequencies.
+constexpr int encoded_size(int n_frequencies) { return 3 * (1 + 2 * n_frequencies); }
 
 /// The field `mlp` of SAR-NeRF (printed eqs. 25–27): a network that maps a point and the direction of the ray through
 /// it to σ_r and S_r. What they mean is the renderer's: κ = ReLU(σ_r) / (2 Δ_ref), S from S_r by an activation that
@@ -70,5 +108,14 @@ MlpOutput mlp_forward(const MlpNetwork& network, std::span<const glm::vec3> poin
 MlpOutput mlp_forward(const MlpNetwork& network, std::span<const glm::vec3> point_m,
                       std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin,
                       MlpKernel kernel);
+
+/// Billions of additions and multiplications a second of a float32 product of 512 × 512 matrices, the fastest of
+/// three, in LibTorch's threads. Cost: some milliseconds where BLAS is fast, 0.2 s where it is not.
+double blas_gflop_per_s();
+
+/// What to tell a user whose BLAS is slow: empty at 20 GFLOP/s or more. LibTorch's distribution packages
+/// do with a reference BLAS that is forty times slower than a tuned one, and OpenBLAS takes processors newer than
+/// itself for very old ones.
+std::string slow_blas_warning(double gflop_per_s);
 
 }  // namespace sarnerf

@@ -36,7 +36,7 @@ struct Model {
   std::string ignored;
 };
 
-/// Writes LearnedField::state() and what is known beside it, as archive.h has it; nobody ever sees half a file. The same
+/// Writes LearnedField::state() and what is known beside it, as learned_field.h has it; nobody ever sees half a file. The same
 /// bytes for the same field and information. Throws Error when the disk is full.
 void write_model(const std::filesystem::path& path, const LearnedField& field,
                  const ModelInfo& info);

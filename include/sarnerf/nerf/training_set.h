@@ -5,10 +5,9 @@
 #include <vector>
 
 #include "sarnerf/core/impulse_response.h"
-#include "sarnerf/dataset/outliers.h"
 #include "sarnerf/dataset/posed_image.h"
-#include "sarnerf/geometry/box.h"
-#include "sarnerf/nerf/clutter.h"
+#include "sarnerf/geometry/acquisition.h"
+#include "sarnerf/nerf/ground.h"
 
 namespace sarnerf {
 

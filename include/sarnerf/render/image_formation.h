@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sarnerf/core/image.h"
-#include "sarnerf/core/monitor.h"
+#include "sarnerf/core/parallel.h"
 #include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/core/impulse_response.h"
 

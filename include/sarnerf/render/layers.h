@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "sarnerf/core/image.h"
-#include "sarnerf/scene/component.h"
+#include "sarnerf/scene/scene.h"
 
 namespace sarnerf {
 

@@ -7,11 +7,22 @@
 #include <vector>
 
 #include "sarnerf/core/image.h"
-#include "sarnerf/dataset/colour_picture.h"
+#include "sarnerf/dataset/image_file.h"
 #include "sarnerf/report/plot.h"
-#include "sarnerf/report/table.h"
 
 namespace sarnerf {
+
+enum class Align { left, right };
+
+struct TableColumn {
+  std::string heading;
+  Align align = Align::left;
+};
+
+/// A Markdown table, padded so that it reads well as plain text too. Bars and line breaks within cells are
+/// escaped. Throws UsageError without columns and for a row whose number of cells is not theirs.
+std::string markdown_table(const std::vector<TableColumn>& columns,
+                           const std::vector<std::vector<std::string>>& rows);
 
 /// The heading of a section. The page's list of contents names them all.
 struct PageHeading {
@@ -48,7 +59,7 @@ struct PageFacts {
   std::vector<PageFact> facts;
 };
 
-/// A table as of table.h. Its first column names the rows. Wider than the page, it scrolls by itself.
+/// A table as of page.h. Its first column names the rows. Wider than the page, it scrolls by itself.
 struct PageTable {
   std::string caption;
   std::vector<TableColumn> columns;

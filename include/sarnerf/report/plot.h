@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -85,5 +86,12 @@ struct Plot {
 /// order or too close together, a size without room for the text, and a plot that has neither points nor
 /// limits. O(points), times the number of notes.
 std::string svg(const Plot& plot);
+
+/// The bytes of an opaque 8-bit RGB PNG of an SVG document on white, `scale` pixels for each of the
+/// document's own. The same bytes for the same document, fonts and version of librsvg; nothing outside of
+/// the document is loaded. Throws UsageError for a scale that is not positive or gives a picture of more
+/// than 32,767 pixels a side or 256 million pixels, InputError for text that is no SVG document or has no
+/// size in pixels, and Error when it cannot be drawn. About 4 bytes a pixel.
+std::vector<std::byte> png_of_svg(const std::string& svg, double scale = 1.0);
 
 }  // namespace sarnerf

@@ -8,12 +8,29 @@
 #include <utility>
 #include <vector>
 
-#include "sarnerf/core/monitor.h"
-#include "sarnerf/geometry/box.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/field/brick_grid.h"
+#include "sarnerf/field/field_sampler.h"
+#include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/scene/scene.h"
-#include "sarnerf/scene/volume.h"
 
 namespace sarnerf {
+
+/// A scene as sparse voxels, in the form that renderers sample: bricks with all channels of a voxel side
+/// by side. Made from OpenVDB grids by to_volume().
+struct Volume {
+  BrickGrid<float> grid{GridTransform{}, 1};  ///< transform in world coordinates
+  FieldChannels channels;
+  std::vector<Component> component;  ///< per voxel, in the order of the grid's values; empty: unknown
+  Box box_m;      ///< of what the voxels were made from, to be framed; else of the voxels that are occupied
+  Box support_m;  ///< where interpolated extinction or scattering is not 0
+  /// Of segments of rays through it, in voxels. Half of one unless the file says otherwise: the field is linear over less
+  /// than that. Learned volumes are what their training's segments saw.
+  double longest_segment = 0.5;
+  std::uint64_t n_occupied_voxels = 0;  ///< with extinction or scattering
+
+  std::uint64_t memory_bytes() const;
+};
 
 /// One grid of a VdbScene, for listings.
 struct VdbGridSummary {
@@ -107,5 +124,29 @@ Volume to_volume(const VdbScene& scene, std::uint64_t max_memory_bytes = 0,
 /// A scene without a mesh around a volume: its box to be framed, and the ground that `options` ask for.
 /// Throws as load_scene() for materials that are not known.
 Scene scene_around(const Volume& volume, const std::filesystem::path& file, const LoadOptions& options);
+
+struct VoxeliseOptions {
+  double voxel_size_m = 0.0;            ///< > 0
+  std::uint64_t max_memory_bytes = 0;   ///< 0: unlimited
+  Monitor monitor;
+};
+
+/// Turns the mesh of a scene into the sparse grids of docs/volumes.md; the ground plane stays a plane.
+///
+/// CGAL decides inside, outside, distance and nearest triangle. Opaque matter: a shell around its surface,
+/// half a voxel to three voxels deep, with the extinction of voxel_brick.h; brightness, normals and
+/// exponents are those of the nearest point of the surface, two voxels beyond the matter. Thin sheets are
+/// thickened until they are opaque, at most to two voxels, and so are pieces smaller than two voxels.
+/// Translucent solids: extinction times the part of the voxel that they cover; where solids overlap their
+/// extinctions add. With opaque matter the basis is `cosine` (translucent matter has exponent 0), without
+/// it `scattering`.
+///
+/// Throws UsageError before allocating more than allowed, Interrupted on request. Cost: proportional to
+/// the surface over the voxel's square, some microseconds a voxel, on all threads of parallel_for; the
+/// interiors of translucent solids are tiles.
+VdbScene voxelise(const Scene& scene, const VoxeliseOptions& options);
+
+/// Bytes that voxelise() is expected to need at its peak, from the mesh's surface alone.
+std::uint64_t expected_voxel_memory_bytes(const Scene& scene, double voxel_size_m);
 
 }  // namespace sarnerf

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sarnerf/core/error.h>
-#include <sarnerf/dataset/sample.h>
+#include <sarnerf/dataset/image_index.h>
 
 /// What is no MATLAB file is refused: the reader is there, and so are its libraries.
 int main(int, char** argv) {

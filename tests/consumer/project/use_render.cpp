@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sarnerf/core/error.h>
 #include <sarnerf/core/units.h>
+#include <sarnerf/render/engine.h>
 #include <sarnerf/render/framing.h>
-#include <sarnerf/render/surface_engine.h>
 #include <sarnerf/scene/scene.h>
 
 #include <cmath>

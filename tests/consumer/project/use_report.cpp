@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sarnerf/core/error.h>
 #include <sarnerf/report/plot.h>
-#include <sarnerf/report/raster.h>
 
 #include <cstdio>
 #include <cstring>

@@ -1,0 +1,51 @@
+# Precompiled headers, shared by targets whose units have the same flags. LibTorch's take 8 s of processor time to parse,
+# nlohmann's and the standard library's 3: without this, that is most of the build. Each kind is parsed once for libraries
+# and once for programs, because GCC compiles the former with -fPIC and the latter with -fPIE.
+#
+# A unit still names what it includes: tests/hygiene compiles every public header by itself, without any of these.
+set(sarnerf_precompiled_base
+  <algorithm> <array> <atomic> <chrono> <cmath> <cstddef> <cstdint> <cstring> <exception> <filesystem> <fstream>
+  <functional> <iterator> <limits> <map> <memory> <mutex> <numeric> <optional> <random> <set> <span> <sstream> <string>
+  <string_view> <system_error> <thread> <tuple> <unordered_map> <utility> <variant> <vector>
+  <glm/glm.hpp> <nlohmann/json.hpp>)
+set(sarnerf_precompiled_torch ${sarnerf_precompiled_base} <torch/types.h> <torch/csrc/autograd/custom_function.h>)
+set(sarnerf_precompiled_test ${sarnerf_precompiled_base} ${PROJECT_SOURCE_DIR}/tests/catch.h)
+set(sarnerf_precompiled_torch_test ${sarnerf_precompiled_torch} ${PROJECT_SOURCE_DIR}/tests/nerf/torch_catch.h)
+set(sarnerf_packages_base glm::glm nlohmann_json::nlohmann_json)
+set(sarnerf_packages_torch ${sarnerf_packages_base} sarnerf_torch)
+set(sarnerf_packages_test ${sarnerf_packages_base} Catch2::Catch2)
+set(sarnerf_packages_torch_test ${sarnerf_packages_torch} Catch2::Catch2)
+
+# sarnerf_precompiled(target kind): kind is one of base, torch, test and torch_test.
+function(sarnerf_precompiled target kind)
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "EXECUTABLE")
+    set(form program)
+  else()
+    set(form library)
+  endif()
+  set(shared sarnerf_precompiled_${kind}_${form})
+  if(NOT TARGET ${shared})
+    set(unit ${PROJECT_BINARY_DIR}/precompiled/${shared}.cpp)
+    file(CONFIGURE OUTPUT ${unit} CONTENT "")
+    add_library(${shared} OBJECT ${unit})
+    target_compile_features(${shared} PRIVATE cxx_std_20)
+    # With -Wpedantic GCC defines fewer macros, so warnings must be the same, too.
+    target_link_libraries(${shared} PRIVATE ${sarnerf_packages_${kind}} sarnerf_warnings)
+    target_precompile_headers(${shared} PRIVATE ${sarnerf_precompiled_${kind}})
+    if(kind MATCHES "test$")
+      target_include_directories(${shared} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+    endif()
+    if(form STREQUAL "program")
+      # CMake has no word for "an object library for programs".
+      set_target_properties(${shared} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+      target_compile_options(${shared} PRIVATE -fPIE)
+    endif()
+  endif()
+  target_precompile_headers(${target} REUSE_FROM ${shared})
+endfunction()
+
+# sarnerf_source_options(source options...): a source whose flags differ from its target's can use no precompiled headers.
+function(sarnerf_source_options source)
+  set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS "${ARGN}" SKIP_PRECOMPILE_HEADERS ON)
+endfunction()

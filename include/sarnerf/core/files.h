@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sarnerf {
+
+/// What a file survives once it is in place. Either way nobody ever sees a half-written file while the
+/// machine stays up.
+enum class Durability {
+  process,  ///< the end of this process: for the many small files of a sweep, which can be made again
+  power,    ///< a power failure too: waits for the disk (fsync), 1 to 20 ms a file
+};
+
+/// Files that appear together or not at all: each is written under a temporary name beside its place,
+/// and commit() renames them all in the order of their adding. A full disk, an exception or an
+/// interrupt before that leaves every place as it was. Killed in the middle, the process leaves only
+/// temporary files, which is_temporary() recognises.
+///
+/// Errors (thrown as Error) name path, reason and what to do.
+class AtomicFiles {
+ public:
+  explicit AtomicFiles(Durability durability = Durability::power) : durability_(durability) {}
+  ~AtomicFiles();
+  AtomicFiles(const AtomicFiles&) = delete;
+  AtomicFiles& operator=(const AtomicFiles&) = delete;
+
+  /// Writes the bytes beside `path`, whose folder must exist.
+  void add(const std::filesystem::path& path, std::span<const std::byte> bytes);
+  void add(const std::filesystem::path& path, std::string_view text);
+
+  /// For writers that want a file's name: a temporary beside `path`, empty, to be written by the caller
+  /// before commit().
+  std::filesystem::path reserve(const std::filesystem::path& path);
+
+  /// Puts all of them in place, over what was there.
+  void commit();
+
+  /// Whether a file of this name was left behind by a killed process and may be deleted.
+  static bool is_temporary(const std::filesystem::path& path);
+
+ private:
+  struct Entry {
+    std::filesystem::path temporary;
+    std::filesystem::path path;
+    bool synchronised = true;
+  };
+  std::vector<Entry> pending_;
+  Durability durability_;
+};
+
+/// A single file, replaced atomically.
+void write_file_atomically(const std::filesystem::path& path, std::string_view text,
+                           Durability durability = Durability::power);
+
+/// Creates a folder and its parents where missing. Throws Error when that is impossible or when
+/// something there is not a folder.
+void make_folder(const std::filesystem::path& folder);
+
+/// Throws Error unless files can be created in the folder; for asking before long work, not after it.
+void require_writable(const std::filesystem::path& folder);
+
+}  // namespace sarnerf
+
+/// The one door through which files named by users are opened. A pipe would wait for ever, a device has no
+/// end: only regular files pass, and nothing else is opened at all.
+namespace sarnerf {
+
+/// Size in bytes. Throws InputError, in one line, for what is missing, no regular file, or out of reach.
+std::uint64_t regular_file_size(const std::filesystem::path& path);
+
+/// The whole content; the file may be empty. Throws InputError as regular_file_size() does, and for a file
+/// that cannot be opened or that ends early.
+std::string read_whole_file(const std::filesystem::path& path);
+
+}  // namespace sarnerf
+
+namespace sarnerf {
+
+/// SHA-256 (FIPS 180-4), the fingerprint of input files: the figure that `sha256sum` prints.
+/// Cost: some 200 MB/s.
+class Sha256 {
+ public:
+  void update(std::span<const std::byte> bytes);
+
+  /// Ends the message; 64 lower-case hexadecimal digits. Call once.
+  std::string hex_digest();
+
+ private:
+  void compress(const std::byte* block);
+
+  std::array<std::uint32_t, 8> state_{0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
+                                      0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
+  std::array<std::byte, 64> pending_{};
+  std::uint64_t n_bytes_ = 0;
+};
+
+/// Digest of bytes in memory.
+std::string sha256_hex(std::span<const std::byte> bytes);
+
+/// Digest of a file's content. Throws InputError when it cannot be read.
+std::string sha256_of_file(const std::filesystem::path& path);
+
+}  // namespace sarnerf

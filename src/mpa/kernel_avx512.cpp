@@ -1,3 +1,0 @@
-// SPDX-License-Identifier: Apache-2.0
-#define SARNERF_KERNEL_NAMESPACE kernel_avx512
-#include "kernel_body.h"

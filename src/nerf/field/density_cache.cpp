@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/density_cache.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <string>
+
+#include "ground/median_ground.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+
+namespace sarnerf {
+
+namespace {
+
+/// Rounding of an image's zeros to some other smallest number, relative to the peak, does not keep space from being
+/// carved.
+constexpr double kZero = 1e-6;
+
+/// What a view says about space.
+struct Witness {
+  Acquisition acquisition;
+  RadarFrame frame;
+  std::vector<double> first_offset_m;  ///< [n_azimuth] range offset from which on a row, or one next to it, returns power
+};
+
+std::vector<double> first_returns(const PosedImage& image, double zero_level) {
+  const Acquisition& a = image.acquisition;
+  const int n_rows = a.n_azimuth;
+  std::vector<double> own(static_cast<std::size_t>(n_rows));
+  for (int i = 0; i < n_rows; ++i) {
+    int j = 0;
+    while (j < a.n_range && double{image.power(i, j)} <= zero_level) ++j;
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    // A row without any return is empty throughout.
+    own[static_cast<std::size_t>(i)] = j == 0           ? -kInfinity
+                                       : j == a.n_range ? kInfinity
+                                                        : a.bin_offset_m(j - 0.5);
+  }
+  std::vector<double> first = own;
+  for (int i = 0; i < n_rows; ++i)
+    for (int n = std::max(0, i - 1); n <= std::min(n_rows - 1, i + 1); ++n)
+      first[static_cast<std::size_t>(i)] = std::min(first[static_cast<std::size_t>(i)], own[static_cast<std::size_t>(n)]);
+  return first;
+}
+
+std::vector<Witness> witnesses(const TrainingSet& set) {
+  std::vector<Witness> views;
+  for (const PosedImage& image : set.appearances())
+    views.push_back({image.acquisition, radar_frame(image.acquisition), first_returns(image, kZero * double{set.peak})});
+  return views;
+}
+
+enum class Evidence { none, maybe, empty };
+
+/// What one view says about a place: nothing where it lies outside of the swath.
+Evidence evidence(const Witness& view, const glm::dvec3& point_m, double margin_m) {
+  const RadarPoint p = project(view.acquisition, view.frame, point_m);
+  const Acquisition& a = view.acquisition;
+  const auto i = static_cast<int>(std::lround(p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1)));
+  if (i < 0 || i >= a.n_azimuth) return Evidence::none;
+  if (p.range_offset_m < a.bin_offset_m(-0.5) || p.range_offset_m > a.bin_offset_m(a.n_range - 0.5))
+    return Evidence::none;
+  return p.range_offset_m + margin_m < view.first_offset_m[static_cast<std::size_t>(i)] ? Evidence::empty : Evidence::maybe;
+}
+
+/// Whether a view sees the place, and none sees it empty.
+bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, double margin_m) {
+  bool seen = false;
+  for (const Witness& view : views) {
+    const Evidence e = evidence(view, point_m, margin_m);
+    if (e == Evidence::empty) return false;
+    seen |= e == Evidence::maybe;
+  }
+  return seen;
+}
+
+/// Share of the views that show clutter alone where a place, and the ground in its shadow, would be: matter there would
+/// shine in the one pixel and darken the other, but may be as bright as clutter, or its shadow be shone over.
+constexpr double kClutterShows = 0.3;
+
+bool shows_clutter(const Image<std::uint8_t>& like, const Acquisition& a, const RadarPoint& p) {
+  const std::optional<glm::ivec2> at = pixel_of(a, p);
+  return at && like(at->x, at->y) != 0;
+}
+
+/// Whether so few views as not to matter show clutter in spite of a place.
+bool clutter_lets(const TrainingSet& set, std::span<const Witness> views, const glm::dvec3& point_m) {
+  std::size_t n_empty = 0, n_seeing = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Acquisition& a = views[v].acquisition;
+    const RadarPoint p = project(a, views[v].frame, point_m);
+    if (std::abs(p.along_track_m) > 0.5 * a.n_azimuth * a.azimuth_spacing_m ||
+        std::abs(p.range_offset_m) > 0.5 * a.n_range * a.range_spacing_m)
+      continue;
+    ++n_seeing;
+    // Where the ray through the place meets the ground.
+    const RadarFrame& frame = views[v].frame;
+    const glm::dvec3 down = std::cos(p.ray_angle_rad) * frame.k + std::sin(p.ray_angle_rad) * frame.v;
+    const glm::dvec3 foot_m = point_m + down * ((set.clutter->ground->height_m - point_m.y) / down.y);
+    const Image<std::uint8_t>& like = set.clutter->like_ground[v];
+    // A shadow beyond the image says nothing, but what neither shines nor is seen to cast one need not be there.
+    const RadarPoint foot = project(a, frame, foot_m);
+    n_empty += shows_clutter(like, a, p) && (!pixel_of(a, foot) || shows_clutter(like, a, foot)) ? 1 : 0;
+  }
+  return 4 * n_seeing >= views.size() && static_cast<double>(n_empty) < kClutterShows * static_cast<double>(n_seeing);
+}
+
+}  // namespace
+
+GridTransform grid_transform(const TrainingSet& set, double voxel_size_m) {
+  const glm::dvec3 size = set.box_m.size();
+  const glm::dvec3 n = glm::ceil(size / voxel_size_m);
+  GridTransform transform;
+  transform.voxel_size_m = voxel_size_m;
+  transform.origin_m = set.box_m.centre() - 0.5 * voxel_size_m * n;
+  // The reference plane lies between a voxel and the next: what stands on it begins half a voxel above.
+  transform.origin_m.y = set.box_m.min.y - 0.5 * voxel_size_m;
+  return transform;
+}
+
+CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const Monitor& monitor) {
+  const std::vector<Witness> views = witnesses(set);
+  const double margin_m = transform.voxel_size_m;
+  const glm::ivec3 last = glm::ivec3(glm::ceil(transform.index_from_world(set.box_m.max)));
+  const glm::ivec3 first = glm::ivec3(glm::floor(transform.index_from_world(set.box_m.min))) - glm::ivec3(0, 1, 0);
+  const glm::ivec3 first_brick = brick_of_voxel(first), n = brick_of_voxel(last) - first_brick + 1;
+  const auto may_be_active = [&](const glm::dvec3& point_m) {
+    if (set.clutter) return point_m.y > set.clutter->ground->height_m && clutter_lets(set, views, point_m);
+    return may_hold_matter(views, point_m, margin_m);
+  };
+  const auto n_bricks = static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);
+  std::vector<std::vector<std::uint8_t>> kept(n_bricks);
+  const auto brick_at = [&](std::size_t b) {
+    const auto s = static_cast<int>(b);
+    return first_brick + glm::ivec3(s / (n.y * n.z), s / n.z % n.y, s % n.z);
+  };
+  std::atomic<std::uint64_t> n_done{0};
+  parallel_for(n_bricks, 16, [&](std::size_t begin, std::size_t end, int worker) {
+    monitor.check();
+    for (std::size_t b = begin; b < end; ++b) {
+      std::vector<std::uint8_t> active(kBrickVoxels, 0);
+      bool any = false;
+      const glm::ivec3 origin = brick_at(b) * kBrickSide;
+      for (int v = 0; v < kBrickVoxels; ++v) {
+        const glm::ivec3 voxel = origin + voxel_in_brick(v);
+        if (glm::any(glm::lessThan(voxel, first)) || glm::any(glm::greaterThan(voxel, last))) continue;
+        const glm::dvec3 point_m = transform.world_from_index(glm::dvec3(voxel));
+        const bool keep = may_be_active(point_m);
+        active[static_cast<std::size_t>(v)] = keep ? 1 : 0;
+        any |= keep;
+      }
+      if (any) kept[b] = std::move(active);
+    }
+    const std::uint64_t done = n_done += end - begin;
+    if (worker == 0) monitor.report("carve space", done, n_bricks);
+  });
+  monitor.report("carve space", n_bricks, n_bricks);
+  CarvedVoxels carved;
+  for (std::size_t b = 0; b < n_bricks; ++b) {
+    if (kept[b].empty()) continue;
+    carved.topology.insert(brick_at(b));
+    carved.active.insert(carved.active.end(), kept[b].begin(), kept[b].end());
+  }
+  return carved;
+}
+
+namespace {
+
+glm::ivec3 voxel_at(const BrickTopology& topology, std::uint32_t place) {
+  return topology.coordinate(place / kBrickVoxels) * kBrickSide + voxel_in_brick(place);
+}
+
+}  // namespace
+
+DensityCache::DensityCache(const GridTransform& transform, CarvedVoxels voxels)
+    : transform_(transform),
+      topology_(std::move(voxels.topology)),
+      values_(2 * voxels.active.size(), 0.0f) {
+  for (std::size_t v = 0; v < voxels.active.size(); ++v)
+    if (voxels.active[v] != 0) places_.push_back(static_cast<std::uint32_t>(v));
+  refresh(std::vector<float>(places_.size(), 0.0f), -1.0);
+}
+
+std::vector<glm::vec3> DensityCache::points_m() const {
+  std::vector<glm::vec3> points;
+  points.reserve(places_.size());
+  for (const std::uint32_t place : places_)
+    points.emplace_back(transform_.world_from_index(glm::dvec3(voxel_at(topology_, place))));
+  return points;
+}
+
+std::vector<float> DensityCache::extinction_per_m() const {
+  std::vector<float> extinction;
+  extinction.reserve(places_.size());
+  for (const std::uint32_t place : places_) extinction.push_back(values_[2 * std::size_t{place}]);
+  return extinction;
+}
+
+std::vector<std::uint8_t> DensityCache::dilated(std::span<const std::uint8_t> marked) const {
+  // Axis by axis: a cube of 3³ is the sum of three lines.
+  std::vector<std::uint8_t> before(marked.begin(), marked.end()), after = before;
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::ivec3 step(0);
+    step[axis] = 1;
+    for (std::uint32_t place = 0; place < before.size(); ++place) {
+      if (before[place] == 0) continue;
+      const glm::ivec3 voxel = voxel_at(topology_, place);
+      for (const glm::ivec3& next : {voxel - step, voxel + step}) {
+        const glm::ivec3 brick = brick_of_voxel(next);
+        const std::uint32_t number =
+            brick == brick_of_voxel(voxel) ? place / kBrickVoxels : topology_.find(brick);
+        if (number != kNoBrick)
+          after[std::size_t{number} * kBrickVoxels +
+                static_cast<std::size_t>(offset_in_brick(next))] = 1;
+      }
+    }
+    before = after;
+  }
+  return after;
+}
+
+void DensityCache::refresh(std::span<const float> extinction_per_m, double least_depth) {
+  if (extinction_per_m.size() != places_.size())
+    throw UsageError("density cache: expected " + std::to_string(places_.size()) +
+                     " extinctions, found " + std::to_string(extinction_per_m.size()));
+  least_depth_ = least_depth;
+  const auto least_per_m = static_cast<float>(least_depth / (2.0 * transform_.voxel_size_m));
+  std::vector<std::uint8_t> dense(values_.size() / 2, 0);
+  for (std::size_t n = 0; n < places_.size(); ++n) {
+    values_[2 * std::size_t{places_[n]}] = extinction_per_m[n];
+    dense[places_[n]] = extinction_per_m[n] > least_per_m ? 1 : 0;
+  }
+  const std::vector<std::uint8_t> near = dilated(dense);
+  std::vector<float> occupied(near.size(), 0.0f);
+  n_occupied_ = 0;
+  for (const std::uint32_t place : places_) {
+    if (near[place] == 0) continue;
+    occupied[place] = 1.0f;
+    ++n_occupied_;
+  }
+  occupancy_ =
+      std::make_unique<Occupancy>(BrickView<const float>{&topology_, transform_, 1, occupied}, 1);
+}
+
+}  // namespace sarnerf

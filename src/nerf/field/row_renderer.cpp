@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/row_renderer.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "field/rows.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+
+namespace sarnerf {
+
+struct RowMemory {
+  std::vector<std::unique_ptr<RowPart>> parts;
+};
+
+RowRenderer::RowRenderer(const BrickView<const float>& values, const FieldChannels& channels,
+                         const Occupancy& occupancy, const RaySampling& sampling,
+                         std::shared_ptr<RowMemory> memory, const LevelGround* ground)
+    : values_(values),
+      channels_(channels),
+      occupancy_(&occupancy),
+      sampling_(sampling),
+      box_m_(occupied_box(occupancy, values.transform)),
+      ground_(ground),
+      memory_(memory ? std::move(memory) : std::make_shared<RowMemory>()) {
+  if (ground_ != nullptr) end_at(*ground_, box_m_);
+}
+
+RowRenderer::~RowRenderer() = default;
+RowRenderer::RowRenderer(RowRenderer&&) noexcept = default;
+RowRenderer& RowRenderer::operator=(RowRenderer&&) noexcept = default;
+
+void RowRenderer::march_row(const RowRequest& request, VolumeMarcher& marcher, RowPart& part) const {
+  const RowRays row = rays_of_row(request, box_m_, sampling_);
+  part.begin_row(request.acquisition, request.row);
+  for (const MarchRay& ray : row.rays) part.ray_k.push_back(static_cast<std::uint32_t>(ray.k));
+  marcher.march(row.grid, row.rays, part.batch, part.field);
+  part.end_row(row.grid.fan());
+}
+
+void RowRenderer::forward_part(std::span<const RowRequest> rows, std::span<float> pixels, RowPart& part) const {
+  part.clear();
+  VolumeMarcher marcher(values_, channels_, *occupancy_, sampling_.longest_m, sampling_.end_depth);
+  for (const RowRequest& request : rows) {
+    march_row(request, marcher, part);
+    const auto n_range = static_cast<std::size_t>(request.acquisition.n_range);
+    row_pixels(part, part.rows.back(), samples(part.field, channels_.basis), Integrator::exact, sampling_,
+               pixels.first(n_range));
+    if (ground_ != nullptr) add_ground(part, part.rows.back(), *ground_, sampling_, pixels.first(n_range));
+    pixels = pixels.subspan(n_range);
+  }
+}
+
+void RowRenderer::forward(std::span<const RowRequest> rows, std::span<float> pixels) {
+  if (pixels.size() != n_pixels(rows))
+    throw UsageError("the rows have " + std::to_string(n_pixels(rows)) + " pixels, not " +
+                     std::to_string(pixels.size()));
+  const std::size_t n_parts =
+      std::max<std::size_t>(1, std::min(rows.size(), static_cast<std::size_t>(thread_count())));
+  auto& parts = memory_->parts;
+  parts.resize(n_parts);
+  for (auto& part : parts)
+    if (!part) part = std::make_unique<RowPart>();
+  parallel_for(n_parts, 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t p = begin; p < end; ++p) {
+      const std::size_t first = rows.size() * p / n_parts, last = rows.size() * (p + 1) / n_parts;
+      const auto mine = rows.subspan(first, last - first);
+      forward_part(mine, pixels.subspan(n_pixels(rows.first(first)), n_pixels(mine)), *parts[p]);
+    }
+  });
+}
+
+void RowRenderer::backward_part(std::span<const float> pixel_gradients, RowPart& part) const {
+  const std::size_t n_segments = part.batch.n_segments();
+  part.d_extinction.assign(n_segments, 0.0f);
+  part.d_source.assign(n_segments, 0.0f);
+  for (const RowPart::Row& row : part.rows) {
+    const auto n_range = static_cast<std::size_t>(row.acquisition.n_range);
+    row_pixels_adjoint(part, row, samples(part.field, channels_.basis), Integrator::exact, sampling_,
+                       pixel_gradients.first(n_range));
+    if (ground_ != nullptr) add_ground_adjoint(part, row, *ground_, sampling_, pixel_gradients.first(n_range));
+    pixel_gradients = pixel_gradients.subspan(n_range);
+  }
+  if (sampling_.distortion > 0.0) {
+    // A ray counts as much as the part of a pixel that it stands for.
+    add_distortion_gradient(part, [&](const RowPart::Row& row) {
+      return sampling_.distortion * sampling_.ray_spacing_m / (row.acquisition.range_spacing_m * sampling_.sub_rows);
+    });
+  }
+  sample_field_adjoint({values_.topology, values_.transform, values_.n_channels, part.d_values}, channels_,
+                       part.batch.point_m, {part.batch.ray_begin, part.batch.ray_direction}, part.field.source,
+                       {part.d_extinction, {}, part.d_source});
+}
+
+void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<const std::uint32_t> active,
+                           std::span<float> value_gradients) {
+  const auto n_channels = static_cast<std::size_t>(values_.n_channels);
+  if (value_gradients.size() != active.size() * n_channels)
+    throw UsageError("gradients must be as many as the values of the active voxels");
+  const auto& parts = memory_->parts;
+  std::vector<std::size_t> first_pixel{0};
+  for (const auto& part : parts) {
+    std::size_t n = 0;
+    for (const RowPart::Row& row : part->rows) n += static_cast<std::size_t>(row.acquisition.n_range);
+    first_pixel.push_back(first_pixel.back() + n);
+  }
+  if (pixel_gradients.size() != first_pixel.back())
+    throw UsageError("gradients must be as many as the pixels of the last forward pass");
+
+  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t p = begin; p < end; ++p) {
+      RowPart& part = *parts[p];
+      if (part.d_values.size() != values_.values.size()) part.d_values.assign(values_.values.size(), 0.0f);
+      backward_part(pixel_gradients.subspan(first_pixel[p]), part);
+    }
+  });
+  // Taken and cleared are the active voxels alone: what gathers in the others is never read.
+  constexpr std::size_t kGrain = 1 << 12;
+  parallel_for(active.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      float* const sum = &value_gradients[n * n_channels];
+      std::fill_n(sum, n_channels, 0.0f);
+      for (const auto& part : parts) {
+        float* const mine = &part->d_values[active[n] * n_channels];
+        for (std::size_t c = 0; c < n_channels; ++c) {
+          sum[c] += mine[c];
+          mine[c] = 0.0f;
+        }
+      }
+    }
+  });
+}
+
+Box occupied_box(const Occupancy& occupancy, const GridTransform& transform) {
+  Box box;
+  const BrickTopology& bricks = occupancy.bricks();
+  for (std::uint32_t brick = 0; brick < bricks.n_bricks(); ++brick) {
+    const auto cells = occupancy.cell_box(brick);
+    const glm::ivec3 origin = bricks.coordinate(brick) * kBrickSide;
+    box.include(transform.world_from_index(glm::dvec3(origin + cells.first)));
+    box.include(transform.world_from_index(glm::dvec3(origin + cells.last + 1)));
+  }
+  return box;
+}
+
+}  // namespace sarnerf

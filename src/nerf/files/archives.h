@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/impulse_response.h"
+#include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/ground.h"
+#include "sarnerf/nerf/learned_field.h"
+
+namespace sarnerf {
+
+using Json = nlohmann::ordered_json;
+
+/// Sets a member of an archive's text.
+void add_text(Archive& archive, const std::string& name, const Json& value);
+
+/// A member of an archive's text, an object. Throws CheckpointError.
+Json text_of(const Archive& archive, const std::string& name, const std::string& where);
+
+/// A member of an object. Throws CheckpointError when it is missing or of another type.
+template <class T>
+T member(const Json& object, const std::string& name, const std::string& where) {
+  try {
+    return object.at(name).get<T>();
+  } catch (const nlohmann::json::exception&) {
+    throw CheckpointError(where + ": '" + name + "' is missing or of another type than expected; was it written by "
+                          "another version?");
+  }
+}
+
+/// A ground in a model file, and its inverse: null where the archive has none. Throws CheckpointError for a damaged one.
+void add_ground(Archive& archive, const LevelGround& ground);
+std::shared_ptr<const LevelGround> ground_of(const Archive& archive, const std::string& where);
+
+/// A resolution in a model file, and its inverse: nothing where the archive has none. Throws CheckpointError for a damaged one.
+void add_resolution(Archive& archive, const Resolution& resolution);
+std::optional<Resolution> resolution_of(const Archive& archive, const std::string& where);
+
+/// Puts a sparse grid's topology and the ascending places of its active voxels into an archive, as the tensors
+/// "bricks" [n_bricks, 3] and "voxels" [n_active].
+void add_voxels(Archive& archive, const BrickTopology& topology,
+                std::span<const std::uint32_t> active);
+
+/// Their inverse. Throws CheckpointError for damaged contents.
+CarvedVoxels voxels_of(const Archive& archive, const std::string& where);
+
+/// What a checkpoint says of the trainer itself.
+struct TrainerJson {
+  std::string options;  ///< options_json()
+  std::int64_t steps = 0;
+  double least_loss = 0.0;
+};
+
+void add_trainer_json(Archive& archive, const TrainerJson& trainer);
+TrainerJson trainer_json(const Archive& archive, const std::string& where);
+
+}  // namespace sarnerf

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "files/archives.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/mlp_field.h"
+
+namespace sarnerf {
+
+Archive GridField::state() const {
+  Archive archive;
+  archive.tensors = {{"log_depth", log_depth.detach().clone()}, {"coefficients", coefficients.detach().clone()}};
+  add_voxels(archive, topology_, active_);
+  const glm::dvec3& o = transform_.origin_m;
+  add_text(archive, "field",
+           {{"kind", kind()},
+            {"origin_m", {o.x, o.y, o.z}},
+            {"voxel_size_m", transform_.voxel_size_m},
+            {"harmonics_degree", channels_.harmonics_degree},
+            {"source_scale", source_scale_}});
+  if (ground) add_ground(archive, *ground);
+  if (resolution) add_resolution(archive, *resolution);
+  return archive;
+}
+
+GridField restore_grid_field(const Archive& archive, const std::string& where) {
+  const auto require = [&](bool holds, const char* what) {
+    if (!holds) throw CheckpointError(where + ": " + what + "; the file is damaged");
+  };
+  const Json text = text_of(archive, "field", where);
+  const auto origin_m = member<std::vector<double>>(text, "origin_m", where);
+  const auto degree = member<int>(text, "harmonics_degree", where);
+  const GridTransform transform{
+      origin_m.size() == 3 ? glm::dvec3(origin_m[0], origin_m[1], origin_m[2]) : glm::dvec3(NAN),
+      member<double>(text, "voxel_size_m", where)};
+  const auto scale = member<double>(text, "source_scale", where);
+  require(degree >= 0 && degree <= kMaxHarmonicsDegree, "the degree of its harmonics is not 0, 1 or 2");
+  require(transform.voxel_size_m > 0.0 && std::isfinite(glm::dot(transform.origin_m, transform.origin_m)) &&
+              std::isfinite(transform.voxel_size_m) && std::isfinite(scale),
+          "its voxels have no place or size");
+
+  const torch::Tensor& voxels = archive.tensor("voxels", torch::kLong, 1, where);
+  const torch::Tensor& log_depth = archive.tensor("log_depth", torch::kFloat, 1, where);
+  const torch::Tensor& coefficients = archive.tensor("coefficients", torch::kFloat, 2, where);
+  require(log_depth.size(0) == voxels.size(0) && coefficients.size(0) == voxels.size(0) &&
+              coefficients.size(1) == n_harmonics(degree),
+          "voxels and parameters are not as many");
+  require(log_depth.isfinite().all().item<bool>() && coefficients.isfinite().all().item<bool>(),
+          "parameters are not finite");
+
+  CarvedVoxels carved = voxels_of(archive, where);
+  GridField field(transform, degree, scale);
+  field.set_voxels(std::move(carved.topology), carved.active, log_depth.clone(), coefficients.clone());
+  field.ground = ground_of(archive, where);
+  field.resolution = resolution_of(archive, where);
+  return field;
+}
+
+namespace {
+
+std::vector<double> numbers(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+}  // namespace
+
+Archive MlpField::state() const {
+  Archive archive;
+  add_voxels(archive, cache_.topology(), cache_.places());
+  const std::vector<float> extinction = cache_.extinction_per_m();
+  archive.tensors["extinction"] = torch::tensor(extinction);
+  archive.tensors["parameters"] = network_.parameters.detach().clone();
+  if (ground) add_ground(archive, *ground);
+  if (resolution) add_resolution(archive, *resolution);
+  const MlpShape& s = network_.shape;
+  add_text(archive, "field",
+           {{"kind", kind()},
+            {"depth", s.depth},
+            {"width", s.width},
+            {"skip", s.skip},
+            {"position_frequencies", s.position_frequencies},
+            {"direction_frequencies", s.direction_frequencies},
+            {"box_min_m", numbers(network_.box_m.min)},
+            {"box_max_m", numbers(network_.box_m.max)},
+            {"reference_bin_m", meaning_.reference_bin_m},
+            {"source_scale", meaning_.source_scale},
+            {"integrator", name(meaning_.integrator)},
+            {"origin_m", numbers(cache_.transform().origin_m)},
+            {"voxel_size_m", cache_.transform().voxel_size_m},
+            {"least_depth", cache_.least_depth()}});
+  return archive;
+}
+
+MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
+  const auto require = [&](bool holds, const char* what) {
+    if (!holds) throw CheckpointError(where + ": " + what + "; the file is damaged");
+  };
+  const Json text = text_of(archive, "field", where);
+  const auto vector = [&](const char* name) {
+    const auto v = member<std::vector<double>>(text, name, where);
+    return v.size() == 3 ? glm::dvec3(v[0], v[1], v[2]) : glm::dvec3(NAN);
+  };
+  const auto number = [&](const char* name) { return member<double>(text, name, where); };
+  const MlpShape shape{member<int>(text, "depth", where), member<int>(text, "width", where),
+                       member<int>(text, "skip", where),
+                       member<int>(text, "position_frequencies", where),
+                       member<int>(text, "direction_frequencies", where)};
+  Box box_m;
+  box_m.min = vector("box_min_m");
+  box_m.max = vector("box_max_m");
+  const glm::dvec3 size = box_m.size();
+  require(size.x > 0.0 && size.y > 0.0 && size.z > 0.0 && std::isfinite(glm::dot(size, size)),
+          "its box has no place or size");
+  const GridTransform transform{vector("origin_m"), number("voxel_size_m")};
+  require(transform.voxel_size_m > 0.0 &&
+              std::isfinite(glm::dot(transform.origin_m, transform.origin_m)) &&
+              std::isfinite(transform.voxel_size_m),
+          "its voxels have no place or size");
+  MlpMeaning meaning{number("reference_bin_m"), number("source_scale"), Integrator::exact};
+  require(meaning.reference_bin_m > 0.0 && std::isfinite(meaning.reference_bin_m) &&
+              meaning.source_scale >= 0.0 && std::isfinite(meaning.source_scale),
+          "its range bin or the scale of its brightness is impossible");
+
+  const torch::Tensor& parameters = archive.tensor("parameters", torch::kFloat, 1, where);
+  std::int64_t expected = 0;
+  try {
+    meaning.integrator = integrator_from_name(member<std::string>(text, "integrator", where));
+    expected = mlp_parameter_count(shape);
+  } catch (const UsageError& error) {
+    throw CheckpointError(where + ": " + error.what());
+  }
+  require(parameters.numel() == expected, "its network has another size than its weights");
+  require(parameters.isfinite().all().item<bool>(), "weights are not finite");
+  MlpNetwork network{shape, box_m, parameters.clone().contiguous().set_requires_grad(true)};
+
+  const torch::Tensor extinction =
+      archive.tensor("extinction", torch::kFloat, 1, where).contiguous();
+  require(extinction.isfinite().all().item<bool>() && (extinction >= 0.0).all().item<bool>(),
+          "extinctions of voxels are impossible");
+  MlpField field(std::move(network), meaning, transform, voxels_of(archive, where));
+  require(static_cast<std::size_t>(extinction.numel()) == field.cache().n_voxels(),
+          "voxels and their extinctions are not as many");
+  field.restore_cache({extinction.data_ptr<float>(), field.cache().n_voxels()},
+                      number("least_depth"));
+  field.ground = ground_of(archive, where);
+  field.resolution = resolution_of(archive, where);
+  return field;
+}
+
+}  // namespace sarnerf

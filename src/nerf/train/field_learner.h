@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include <torch/optim/adam.h>
+
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/nerf/mlp_field.h"
+#include "sarnerf/nerf/trainer.h"
+
+namespace sarnerf {
+
+/// What a field needs beside itself while it is learned: an optimiser, priors, a way to adapt its resolution.
+class FieldLearner {
+ public:
+  virtual ~FieldLearner() = default;
+
+  virtual const LearnedField& field() const = 0;
+
+  /// Refines and prunes as `progress` asks for. True when the space that holds matter has changed.
+  virtual bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) = 0;
+
+  /// One step down the gradient of a loss plus the field's priors, at this share of the largest learning rates.
+  virtual void minimise(const torch::Tensor& loss, double rate) = 0;
+
+  /// What is done once, after the last step.
+  virtual void finish(const TrainingSet&) {}
+
+  /// Field, optimiser and progress, for a checkpoint and back.
+  virtual Archive state() const = 0;
+  virtual void restore(const Archive& archive, const std::string& where) = 0;
+};
+
+/// Throws UsageError for a field that is not known.
+std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options, const Monitor& monitor = {});
+
+/// Learns an MlpField: Adam over all weights, and now and then a look at where there is matter.
+class MlpLearner : public FieldLearner {
+ public:
+  MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor = {});
+
+  const LearnedField& field() const override { return field_; }
+  bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
+  void minimise(const torch::Tensor& loss, double rate) override;
+  Archive state() const override;
+  void restore(const Archive& archive, const std::string& where) override;
+
+ private:
+  void restart_optimiser();
+  torch::optim::AdamParamState* moments() const;  ///< null before the first step
+
+  MlpOptions options_;
+  MlpField field_;
+  std::unique_ptr<torch::optim::Adam> adam_;
+  std::int64_t steps_since_refresh_ = 0;
+};
+
+}  // namespace sarnerf

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/learned_field.h"
+#include "sarnerf/nerf/training_set.h"
+#include "train/field_learner.h"
+
+namespace sarnerf {
+
+/// One azimuth row of one of the images.
+struct RowReference {
+  std::uint32_t view, row;
+};
+
+/// The rows whose strip meets the box: others are 0 whatever is learned.
+std::vector<RowReference> rows_that_see(const TrainingSet& set, const Box& box_m);
+
+/// Some rows that stand for all of those that meet a box.
+struct RowsOfPass {
+  std::vector<RowReference> rows;
+  double share = 1.0;  ///< of all
+};
+
+/// Between `n_wanted` and twice as many, evenly spread over the views and over each image; all, where there are fewer.
+RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_wanted);
+
+/// Fog wherever carving leaves room for matter, of the brightness that the images have.
+GridField initial_grid_field(const TrainingSet& set, const GridOptions& options, const Monitor& monitor = {});
+
+/// 1 for each active voxel to keep: its two-way depth is at least prune_depth, and what the rows return of its brightness
+/// exceeds prune_exposure pixels a view. Voxels below the first are empty, those below the second hidden.
+std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSet& set, const RowsOfPass& pass,
+                                        const RaySampling& sampling, const GridOptions& options);
+
+/// The neighbours of active voxels along the axes.
+class Neighbourhood {
+ public:
+  explicit Neighbourhood(const GridField& field);
+
+  /// Adds the gradient of ½ Σ_pairs Σ_c weight_c (p_c − q_c)² to that of the voxels whose `share` [n_active] is not 0;
+  /// `parameters` and `gradient` are [n_active, n_weights].
+  void add_smoothness_gradient(const float* parameters, std::span<const float> weight, std::span<const float> share,
+                               float* gradient) const;
+
+ private:
+  std::vector<std::array<std::uint32_t, 6>> around_;  ///< places among the active voxels, its own where there is none
+};
+
+/// Adam (Kingma and Ba 2015, algorithm 1) for a GridField's parameters, in one pass over them. Voxels that no ray of
+/// the batch met stay as they are, their means of gradients included: where few rows pass, what is left of an old mean
+/// over an old square would go on moving them at the full rate. β₁ = 0.9; β₂ = 0.99, since rows are few and what they
+/// show differs; no ε to speak of, since gradients are small numbers. Decay is decoupled
+/// from the gradients (Loshchilov and Hutter 2019).
+class VoxelAdam {
+ public:
+  explicit VoxelAdam(const GridField& field);
+
+  /// Rates of one step.
+  struct Rates {
+    double density, source;
+    double source_decay = 0.0;  ///< share of the brightness that goes with every step, decoupled from the gradients
+  };
+
+  /// Moves the field's parameters by their gradients. `share` [n_active]: of the rates; 0 for voxels that take no part.
+  void step(GridField& field, std::span<const float> share, const Rates& rates);
+
+  /// After prune(): of the voxels of before, these are left.
+  void keep(const torch::Tensor& places);
+
+  std::int64_t steps() const { return steps_; }
+  void save(Archive& archive) const;
+  void restore(const Archive& archive, std::int64_t steps, const std::string& where);
+
+ private:
+  std::int64_t steps_ = 0;
+  torch::Tensor mean_density_, square_density_;  ///< [n_active]
+  torch::Tensor mean_source_, square_source_;    ///< [n_active, n_harmonics]
+};
+
+/// Learns a GridField: halves its voxels and gives up those that are not needed as training goes on, once enough steps
+/// have shown which.
+class GridLearner : public FieldLearner {
+ public:
+  /// `rows_per_step`: how many rows each call of minimise() learns from.
+  GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step, const Monitor& monitor = {});
+
+  const LearnedField& field() const override { return field_; }
+  bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
+  void minimise(const torch::Tensor& loss, double rate) override;
+  void finish(const TrainingSet& set) override;
+  Archive state() const override;
+  void restore(const Archive& archive, const std::string& where) override;
+
+ private:
+  bool refinement_is_due(double progress) const;
+  void refine(double progress);
+  int prunings_by(double progress) const;
+  bool pruning_is_due(double progress, const TrainingSet& set);
+  void give_up_voxels(const TrainingSet& set, const RaySampling& sampling);
+  /// Of the present voxels.
+  const RowsOfPass& pass(const TrainingSet& set);
+  /// What was derived from which voxels there are.
+  void forget_layout();
+  void add_smoothness(std::span<const float> shares);
+  /// Shares of the learning rates: 1, and 0 for voxels that no ray of the batch met, which have no gradients of the loss.
+  std::vector<float> shares() const;
+
+  GridOptions options_;
+  int rows_per_step_;
+  GridField field_;
+  double source_scale_;  ///< while learning
+  VoxelAdam adam_;
+  std::optional<Neighbourhood> neighbours_;  ///< of the present voxels, once it was asked for
+  std::optional<RowsOfPass> pass_;           ///< likewise
+  double progress_ = 0.0;               ///< that adapt() was told last
+  int level_ = 0;                       ///< halvings so far
+  double level_progress_ = 0.0;         ///< of the first step since the last one
+  std::int64_t steps_at_level_ = 0;     ///< since then
+  std::int64_t steps_since_change_ = 0;  ///< since the last halving or pruning
+  int n_prunings_ = 0;                  ///< so far; those that came too soon count, too
+};
+
+/// Ratio of the power in the images to the power that the field returns, over pixels brighter than the ground:
+///
+///     1 + Σ w (I − μ) / Σ w (μ − G)
+///
+/// over all pixels of all training views; I the image, μ the field's, G what the ground alone contributes to μ, and w a weight
+/// that rises from 0 where μ (blurred by a pixel) is twice the ground's brightness to 1 where it is four times.
+///
+/// The relative loss, errors over μ, weighs a pixel less once the field has followed its speckle upwards, so that a field that
+/// follows some of the speckle returns too little power: 5 to 20 % under one look. One factor for the brightness of all voxels
+/// takes this bias out of the sum. It changes the scale, and no shape. Not in the paper.
+///
+/// 1 where images have no level ground or no pixel is that bright; at least a half and at most 2. 1, too, where targets glint,
+/// as measured ones do: single glints in few directions make up most of their power, and one factor for all directions would
+/// brighten the rest. Targets glint where the variance of √(I/μ) over pixels of weight w exceeds that over the ground, which is
+/// the speckle's, by 0.1 or more.
+///
+/// `field` is unchanged afterwards. Cost: two rendered images a view.
+double returned_share(GridField& field, const TrainingSet& set);
+
+}  // namespace sarnerf

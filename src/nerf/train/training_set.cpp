@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/training_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "ground/median_ground.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/dataset/posed_image.h"
+#include "train/response.h"
+
+namespace sarnerf {
+
+namespace {
+
+float mean_of_brightest(const std::vector<PosedImage>& images) {
+  std::vector<float> positive;
+  for (const PosedImage& image : images)
+    for (const float p : image.power.pixels())
+      if (p > 0.0f) positive.push_back(p);
+  if (positive.empty())
+    throw InputError("nothing is left of the images without their impulse response; is its resolution right?");
+  const std::size_t n = std::max<std::size_t>(1, positive.size() / 100);
+  std::nth_element(positive.begin(), positive.begin() + static_cast<std::ptrdiff_t>(n) - 1, positive.end(),
+                   std::greater<>());
+  double sum = 0.0;
+  for (std::size_t k = 0; k < n; ++k) sum += double{positive[k]};
+  return static_cast<float>(sum / static_cast<double>(n));
+}
+
+/// The largest of the views'.
+double level_width_m(const std::vector<PosedImage>& images) {
+  double most = 0.0;
+  for (const PosedImage& image : images) {
+    const Acquisition& a = image.acquisition;
+    most = std::max(most, a.n_range * a.range_spacing_m / std::sin(a.incidence_rad));
+  }
+  return most;
+}
+
+/// Of the peak: what images with an impulse response show where nothing is, its tails, which reach everywhere.
+constexpr float kTail = 1e-4f;
+
+/// Views that tell whether there is a ground under speckle. Fewer may show one, and it must not be sharpened.
+constexpr std::size_t kTellGround = 6;
+
+/// Whether four fifths of the pixels are tails. Sidelobes without a weighting window cross far more of an image than that
+/// leaves: what is carved then is too little to begin with opaque matter in the rest, measured to fail.
+bool is_mostly_tails(const std::vector<PosedImage>& images, float peak) {
+  std::size_t n_dark = 0, n = 0;
+  for (const PosedImage& image : images) {
+    n += image.power.pixels().size();
+    for (const float p : image.power.pixels()) n_dark += p < kTail * peak;
+  }
+  return 5 * n_dark > 4 * n;
+}
+
+std::vector<PosedImage> without_tails(std::vector<PosedImage> images, float peak) {
+  for (PosedImage& image : images)
+    for (float& p : image.power.pixels())
+      if (p < kTail * peak) p = 0.0f;
+  return images;
+}
+
+/// Whether all pixels hold the same power. Images of one pixel cannot say.
+bool are_uniform(const std::vector<PosedImage>& images) {
+  const float first = images.front().power.pixels().front();
+  std::size_t n = 0;
+  for (const PosedImage& image : images) {
+    for (const float p : image.power.pixels())
+      if (p != first) return false;
+    n += image.power.pixels().size();
+  }
+  return n > images.size();
+}
+
+void divide(std::vector<PosedImage>& images, const std::vector<double>& gains) {
+  for (std::size_t v = 0; v < images.size(); ++v)
+    for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / gains[v]);
+}
+
+/// Makes a height the bottom of the box.
+void put_ground(std::optional<double> height_m, Box& box_m) {
+  if (!height_m) return;
+  if (!(*height_m < box_m.max.y)) {
+    throw UsageError(format("the ground lies %.3g m above the aim point, and the scene's box ends at %.3g m: nothing can stand "
+                            "on it; give a lower height", *height_m, box_m.max.y));
+  }
+  box_m.min.y = *height_m;
+}
+
+}  // namespace
+
+TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights,
+                         const std::optional<Resolution>& resolution) {
+  if (images.empty()) throw InputError("there is no image to learn from");
+  TrainingSet set;
+  const glm::dvec3 aim_m = images.front().acquisition.aim_m;
+  set.box_m = {scene_box_m.min - aim_m, scene_box_m.max - aim_m};
+  set.outliers = limit_outliers(images);
+  for (PosedImage& image : images) {
+    image.acquisition.aim_m = glm::dvec3(0.0);
+    for (const float p : image.power.pixels()) set.peak = std::max(set.peak, p);
+  }
+  if (!(set.peak > 0.0f))
+    throw InputError("all pixels of the images to learn from are 0: there is nothing to learn; were they rendered "
+                     "with another aim point than the dataset says?");
+  if (are_uniform(images))
+    throw InputError(format("all pixels of the images to learn from are equal (a power of %.4g): there is nothing to learn; do they "
+                            "show the scene?", double{set.peak}));
+  put_ground(heights.ground_m ? std::optional(*heights.ground_m - aim_m.y) : ground_height_m(images, set.box_m), set.box_m);
+  const bool speckled = is_speckled(images);
+  if (speckled) set.clutter = find_clutter(images, set.box_m);
+  if (!speckled || set.clutter || images.size() >= kTellGround) set.resolution = resolution;
+  if (set.resolution && !set.clutter) set.cleaned = sharpened(images, *resolution);
+  set.images = std::move(images);
+  set.bright = mean_of_brightest(set.appearances());
+  if (!set.clutter) set.clutter = find_clutter(set.appearances(), set.box_m);
+  if (set.clutter) {
+    if (set.clutter->speckled || heights.above_ground_m)
+      set.box_m.max.y =
+          std::min(set.box_m.max.y, set.box_m.min.y + heights.above_ground_m.value_or(0.25 * level_width_m(set.images)));
+    divide(set.images, set.clutter->gain);
+    divide(set.cleaned, set.clutter->gain);
+  } else if (!set.resolution && has_background(set.images) && is_mostly_tails(set.images, set.peak)) {
+    set.cleaned = without_tails(set.images, set.peak);
+    set.tails_are_dark = true;
+  }
+  set.background = has_background(set.appearances());
+  return set;
+}
+
+}  // namespace sarnerf

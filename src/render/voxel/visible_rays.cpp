@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "deposit.h"
+#include "voxel/voxel_view.h"
+
+namespace sarnerf {
+
+void PackedRow::pack(const ViewRays& view, double along_m, std::span<const RayRange> ranges) {
+  std::size_t n_rays = 0;
+  for (const RayRange& range : ranges) n_rays += static_cast<std::size_t>(range.count);
+  for (auto* array : {&origin_x, &origin_y, &origin_z, &direction_x, &direction_y, &direction_z,
+                      &distance, &normal_x, &normal_y, &normal_z}) {
+    array->resize(n_rays);
+  }
+  box.resize(n_rays);
+  const glm::dvec3 shift = along_m * view.grid.frame().h;
+  std::size_t n = 0;
+  for (const RayRange& range : ranges) {
+    for (int k = range.first; k < range.first + range.count; ++k, ++n) {
+      const auto m = static_cast<std::size_t>(k);
+      origin_x[n] = static_cast<float>(view.origin_x[m] + shift.x);
+      origin_y[n] = static_cast<float>(view.origin_y[m] + shift.y);
+      origin_z[n] = static_cast<float>(view.origin_z[m] + shift.z);
+      direction_x[n] = view.direction_x[m];
+      direction_y[n] = view.direction_y[m];
+      direction_z[n] = view.direction_z[m];
+    }
+  }
+}
+
+namespace {
+
+constexpr std::size_t kLeastToMerge = 64;
+
+/// Sorts ranges and joins those that touch.
+void merge(std::vector<RayRange>& row) {
+  std::sort(row.begin(), row.end(),
+            [](const RayRange& a, const RayRange& b) { return a.first < b.first; });
+  std::size_t n = 0;
+  for (const RayRange& next : row) {
+    if (n > 0 && next.first <= row[n - 1].first + row[n - 1].count) {
+      const int end = std::max(row[n - 1].first + row[n - 1].count, next.first + next.count);
+      row[n - 1].count = end - row[n - 1].first;
+    } else {
+      row[n++] = next;
+    }
+  }
+  row.resize(n);
+}
+
+}  // namespace
+
+VisibleRays::VisibleRays(const Acquisition& acquisition, const Fan& fan,
+                         std::span<const Box> boxes_from_aim)
+    : rows_(static_cast<std::size_t>(acquisition.n_azimuth)) {
+  const RadarFrame frame = radar_frame(acquisition);
+  const double r = acquisition.slant_range_m;
+  for (const Box& box : boxes_from_aim) {
+    double first_along = std::numeric_limits<double>::infinity(), last_along = -first_along;
+    double first_tangent = first_along, last_tangent = -first_along, nearest = first_along;
+    for (const glm::dvec3& corner : box.corners()) {
+      const double along = glm::dot(corner, frame.h), depth = r + glm::dot(corner, frame.k);
+      const double tangent = glm::dot(corner, frame.v) / depth;
+      first_along = std::min(first_along, along);
+      last_along = std::max(last_along, along);
+      first_tangent = std::min(first_tangent, tangent);
+      last_tangent = std::max(last_tangent, tangent);
+      nearest = std::min(nearest, depth);
+    }
+    // Depth is at most range: what lies deeper than the last bin is not seen.
+    if (nearest > acquisition.range_m(acquisition.n_range - 0.5)) continue;
+    const RayRange rays =
+        rays_inside(fan, std::pair{std::atan(first_tangent), std::atan(last_tangent)});
+    if (rays.count == 0) continue;
+    // Row i covers [a_i − Δa/2, a_i + Δa/2).
+    const double middle = 0.5 * (acquisition.n_azimuth - 1);
+    const double first_row = std::floor(first_along / acquisition.azimuth_spacing_m + middle + 0.5);
+    const double last_row = std::floor(last_along / acquisition.azimuth_spacing_m + middle + 0.5);
+    const double end = double(acquisition.n_azimuth) - 1.0;
+    for (double i = std::max(first_row, 0.0); i <= std::min(last_row, end); i += 1.0) {
+      std::vector<RayRange>& row = rows_[static_cast<std::size_t>(i)];
+      // Merging before the vector would grow keeps it as small as its result.
+      if (row.size() == row.capacity() && row.size() >= kLeastToMerge) {
+        merge(row);
+        row.reserve(2 * std::max(row.size(), kLeastToMerge));
+      }
+      row.push_back(rays);
+    }
+  }
+  for (std::vector<RayRange>& row : rows_) {
+    merge(row);
+    row.shrink_to_fit();
+  }
+}
+
+std::uint64_t VisibleRays::n_rays() const {
+  std::uint64_t n = 0;
+  for (const auto& row : rows_) {
+    for (const RayRange& rays : row) n += static_cast<std::uint64_t>(rays.count);
+  }
+  return n;
+}
+
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::infinity();
+/// Rays that emit less than this part of a neighbour's power say nothing about its surface.
+constexpr double kLeastMass = 1e-2;
+/// Longest step (bins) that one neighbour can vouch for. Longer ones need both to agree within a factor of
+/// two, as they do on a steep surface; else the neighbours see other surfaces.
+constexpr double kLongestLoneStep = 1.0;
+
+RangeSpan span_of_steps(double before, double behind) {
+  const double least = std::min(std::abs(before), std::abs(behind));
+  const double most = std::max(std::abs(before), std::abs(behind));
+  if (least == kUnknown) return {};
+  if (before * behind < 0.0 && most <= 2.0 * least) {
+    return {0.5 * std::min(before, behind), 0.5 * std::max(before, behind)};
+  }
+  return least <= kLongestLoneStep ? RangeSpan{-0.5 * least, 0.5 * least} : RangeSpan{};
+}
+
+}  // namespace
+
+void SliceEmission::assign(std::size_t n_rays) {
+  mass.assign(n_rays, 0.0);
+  centroid.assign(n_rays, 0.0);
+  batch_ray.assign(n_rays, kNoRay);
+}
+
+SegmentEmission segment_emission(double first_bin, double length, double depth) {
+  // ∫ s e^(−xs/ℓ) ds / ∫ e^(−xs/ℓ) ds over the segment, in lengths.
+  double mean = 0.5 - depth / 12.0;
+  if (depth > 0.01) {
+    mean = 1.0 / depth;
+    if (depth < 30.0) mean -= 1.0 / (static_cast<double>(std::exp(static_cast<float>(depth))) - 1.0);
+  }
+  return {first_bin + mean * length, 2.0 * mean * length};
+}
+
+double Footprints::step(std::size_t s, std::size_t n, std::size_t other_s,
+                        std::size_t other_n) const {
+  const double own = slices_[s].mass[n], other = slices_[other_s].mass[other_n];
+  if (!(other > kLeastMass * own)) return kUnknown;
+  return slices_[other_s].centroid[other_n] - slices_[s].centroid[n];
+}
+
+RangeSpan Footprints::over_ray(std::size_t s, std::size_t n) const {
+  const std::size_t last = slices_[s].mass.size() - 1;
+  const double before = n > 0 && consecutive_[n - 1] ? step(s, n, s, n - 1) : kUnknown;
+  const double behind = n < last && consecutive_[n] ? step(s, n, s, n + 1) : kUnknown;
+  return span_of_steps(before, behind);
+}
+
+double Footprints::over_slice(std::size_t s, std::size_t n) const {
+  const double before = s > 0 ? step(s, n, s - 1, n) : kUnknown;
+  const double behind = s + 1 < slices_.size() ? step(s, n, s + 1, n) : kUnknown;
+  const RangeSpan span = span_of_steps(before, behind);
+  return span.last - span.first;
+}
+
+GroundRays::GroundRays(const ViewRays& rays, const Appearance& appearance, double height_m)
+    : rays_(rays), appearance_(appearance) {
+  const Acquisition& a = rays.grid.acquisition();
+  const Fan& fan = rays.grid.fan();
+  const double theta = a.incidence_rad, r = a.slant_range_m;
+  const double above_ground_m = a.aim_m.y - height_m;  // of the aim point
+  // Range offset of the plane at a ray angle; infinite at and beyond the horizon, and behind the nadir.
+  const auto offset_at = [&](double delta) {
+    const double incidence = theta + delta, cosine = std::cos(incidence);
+    if (incidence <= 0.0 || cosine <= 1e-9) return std::numeric_limits<double>::infinity();
+    // t − r = (H − r cos(θ + δ)) / cos(θ + δ), with the difference of cosines as a product.
+    return (above_ground_m + 2.0 * r * std::sin(theta + 0.5 * delta) * std::sin(0.5 * delta)) / cosine;
+  };
+  for (int k = 0; k < fan.n_elevation; ++k) {
+    const double delta = fan.ray_angle_rad(k);
+    const double offset_m = offset_at(delta);
+    const double cosine = std::max(0.0, std::cos(theta + delta));
+    offset_m_.push_back(offset_m);
+    gamma_.push_back(double(appearance.brightness(static_cast<float>(cosine))));
+    first_bin_.push_back(rays.bin_coordinate(offset_at(fan.ray_angle_rad(k - 0.5))));
+    last_bin_.push_back(rays.bin_coordinate(offset_at(fan.ray_angle_rad(k + 0.5))));
+  }
+}
+
+void GroundRays::deposit(int k, double along_track_m, double weight, std::span<double> bins) const {
+  const auto n = static_cast<std::size_t>(k);
+  if (!std::isfinite(offset_m_[n]) || !std::isfinite(first_bin_[n]) || !std::isfinite(last_bin_[n])) return;
+  double mass = weight * gamma_[n];
+  if (appearance_.checker) {
+    mass *= double(appearance_.checker->factor(
+        glm::vec3(rays_.scene_point(along_track_m, offset_m_[n], k))));
+  }
+  deposit_trapezoid(bins, first_bin_[n], last_bin_[n], 0.0, mass);
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "appearance.h"
+#include "layers/layer_row.h"
+#include "plan.h"
+#include "sarnerf/mpa/integrate.h"
+#include "sarnerf/mpa/volume_march.h"
+#include "sarnerf/render/engine.h"
+#include "sarnerf/trace/ray_tracer.h"
+#include "voxel/voxel_scene.h"
+
+namespace sarnerf {
+
+/// Where a fan's rays meet the infinite ground plane, for engines that look at rays one by one. Each ray
+/// stands for the ground of its step of angle, so that together they cover it without gaps.
+class GroundRays {
+ public:
+  /// `rays` must outlive it.
+  GroundRays(const ViewRays& rays, const Appearance& appearance, double height_m);
+
+  /// Whether the plane looks the same everywhere: it needs no rays of its own then.
+  bool uniform() const { return !appearance_.checker; }
+
+  /// Range offset at which ray k meets the plane (m); infinite if it does not.
+  double offset_m(int k) const { return offset_m_[static_cast<std::size_t>(k)]; }
+
+  /// Adds what ray k of the row at a sees of the ground, times `weight`, in units of γ times ray steps.
+  void deposit(int k, double along_track_m, double weight, std::span<double> bins) const;
+
+ private:
+  const ViewRays& rays_;
+  Appearance appearance_;
+  std::vector<double> offset_m_, gamma_;        ///< per ray
+  std::vector<double> first_bin_, last_bin_;    ///< per ray: between which it covers the ground
+};
+
+/// What the rays of one slice emit, by their places in a packed row. Rays that met nothing have no mass.
+struct SliceEmission {
+  std::vector<double> mass;      ///< Σ c_s
+  std::vector<double> centroid;  ///< Σ c_s x_s / Σ c_s, range in bin coordinates
+  std::vector<std::uint32_t> batch_ray;  ///< the ray's number in the batch, or kNoRay
+
+  static constexpr std::uint32_t kNoRay = 0xffffffffu;
+  void assign(std::size_t n_rays);
+};
+
+/// Where, on range, one segment of a ray emits.
+struct SegmentEmission {
+  double bin = 0.0;    ///< mean, in bin coordinates
+  double width = 0.0;  ///< of the box that stands for it
+};
+
+/// Mean position and width of what a segment of two-way depth x emits: near its front if it is opaque,
+/// anywhere in it if it is thin. `first_bin`: bin coordinate of its near end, `length`: in bins.
+SegmentEmission segment_emission(double first_bin, double length, double depth);
+
+/// Range (bins) that a ray stands for, relative to the centroid of what it emits.
+struct RangeSpan {
+  double first = 0.0, last = 0.0;
+};
+
+/// Places what rays emit on range bins. A ray stands for its step of angle and its slice's width: what it
+/// emits is spread over the range half-way to the centroids of its neighbours, so that on a continuous
+/// surface rays meet without gap or overlap, however few they are. Where a neighbour sees something else,
+/// the other one decides; where both do, nothing is spread.
+class Footprints {
+ public:
+  /// `consecutive[n]`: whether the packed rays n and n + 1 are neighbours.
+  Footprints(std::span<const SliceEmission> slices, const std::vector<bool>& consecutive)
+      : slices_(slices), consecutive_(consecutive) {}
+
+  /// What packed ray n of slice s stands for in its step of k.
+  RangeSpan over_ray(std::size_t s, std::size_t n) const;
+  /// Range (bins) by which its centroid moves over the slice's width.
+  double over_slice(std::size_t s, std::size_t n) const;
+
+ private:
+  /// How far (bins) the other ray's centroid lies beyond this one's; infinite if it says nothing.
+  double step(std::size_t s, std::size_t n, std::size_t other_s, std::size_t other_n) const;
+
+  std::span<const SliceEmission> slices_;
+  const std::vector<bool>& consecutive_;
+};
+
+/// The rays of one slice that may meet matter, side by side for tracing, and what they met.
+struct PackedRow {
+  std::vector<float> origin_x, origin_y, origin_z, direction_x, direction_y, direction_z;
+  std::vector<float> distance, normal_x, normal_y, normal_z;
+  std::vector<std::uint32_t> box;
+
+  /// Takes the rays of these ranges of k, in their order, at an along-track coordinate.
+  void pack(const ViewRays& rays, double along_m, std::span<const RayRange> ranges);
+
+  RayRow rays(float far_m) const {
+    return {origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, far_m};
+  }
+  HitRow hits() { return {distance, normal_x, normal_y, normal_z, box}; }
+};
+
+/// Which rays of each azimuth row may meet matter: for each row the rays k of a fan, as separate ranges in
+/// ascending order. Empty space between things costs nothing, however much there is of it.
+class VisibleRays {
+ public:
+  /// `boxes_from_aim`: of matter, relative to the aim point, world axes. Cost: boxes times the rows that
+  /// each of them reaches.
+  VisibleRays(const Acquisition& acquisition, const Fan& fan, std::span<const Box> boxes_from_aim);
+
+  std::span<const RayRange> row(int i) const { return rows_[static_cast<std::size_t>(i)]; }
+  std::uint64_t n_rays() const;
+
+ private:
+  std::vector<std::vector<RayRange>> rows_;
+};
+
+/// Scratch of one worker that renders rows of a volume.
+struct VoxelWorker {
+  VoxelWorker(const BrickView<const float>& grid, const VoxelScene& scene, double longest_m)
+      : marcher(grid, scene.volume.channels, scene.occupancy, longest_m) {}
+
+  /// What layers need beside the image.
+  struct LayerScratch {
+    LayerRow row;
+    VolumeSurface surface;
+    std::array<std::vector<double>, RayTracer::kRowsPerBlock> ground;  ///< of each slice
+  };
+
+  VolumeMarcher marcher;
+  SampleBatch batch;
+  BatchField field;
+  std::array<PackedRow, RayTracer::kRowsPerBlock> rows;
+  std::array<SliceEmission, RayTracer::kRowsPerBlock> emission;
+  std::vector<int> packed_k;      ///< k of each packed ray
+  std::vector<MarchRay> marched;  ///< rays of a step that entered matter
+  std::vector<double> depth;      ///< what they passed
+  std::vector<bool> consecutive;  ///< packed rays n and n + 1 are neighbours
+  std::vector<double> contributions, bins, ground_bins;
+  std::vector<SegmentEmission> emitted;  ///< per segment
+  std::optional<LayerScratch> layers;
+  std::size_t n_counted = 0;  ///< packed rays of the block whose hits and ground are counted
+  std::uint64_t n_hits = 0;
+};
+
+/// Segments that a worker holds before it deposits them, about: bounds its memory where rays are long and
+/// voxels fine. Layers need all segments of a slice at once.
+inline constexpr std::size_t kMostSegments = std::size_t{1} << 18;
+/// Bytes of a worker's scratch for each of them, with what growing vectors hold in reserve.
+inline constexpr std::uint64_t kBytesPerSegment = 128;
+/// And for each packed ray of each slice.
+inline constexpr std::uint64_t kPackedBytesPerRay = 96;
+
+/// One view of a volume, row by row; rows are independent.
+class VoxelView {
+ public:
+  /// `scene` and `plan` must outlive it; the plan has at least one ray.
+  VoxelView(const VoxelScene& scene, const ViewPlan& plan);
+
+  VoxelWorker make_worker() const;
+
+  /// Writes row i of the image, and of the layers that the plan asks for.
+  void render_row(int i, VoxelWorker& w, RenderedView& out, const Monitor& monitor) const;
+
+ private:
+  struct Block {
+    std::size_t n_slices = 0;
+    std::array<double, RayTracer::kRowsPerBlock> along_m{};
+  };
+  /// Packed rays [first, end) of all slices of a block.
+  struct Part {
+    std::size_t first, end;
+  };
+
+  void trace(const Block& block, std::span<const RayRange> ranges, VoxelWorker& w) const;
+  void march(const Block& block, std::size_t slice, const Part& part, VoxelWorker& w) const;
+  Part march_part(const Block& block, std::size_t first, VoxelWorker& w) const;
+  void see_ground(const Block& block, std::size_t slice, int k, double passed, VoxelWorker& w) const;
+  void see_bare_ground(const Block& block, std::size_t slice, std::span<const RayRange> ranges,
+                       VoxelWorker& w) const;
+  void find_emissions(const Block& block, const Part& part, VoxelWorker& w) const;
+  SegmentEmission emission_of_segment(const VoxelWorker& w, std::size_t segment) const;
+  double two_way_per_m(const VoxelWorker& w, std::size_t segment) const;
+  void deposit(std::size_t slice, const Part& part, const Footprints& footprints, VoxelWorker& w) const;
+  void add_to_layers(std::size_t slice, const Footprints& footprints, VoxelWorker& w) const;
+  bool plane_is_hidden(std::uint32_t ray, double plane_bin, const VoxelWorker& w) const;
+
+  const VoxelScene& scene_;
+  const ViewPlan& plan_;
+  Box box_m_;  ///< of what can be seen
+  VisibleRays visible_;
+  ViewRays rays_;
+  std::optional<GroundRays> ground_;
+  std::vector<double> bare_ground_;  ///< of a uniform ground that nothing hides, all slices of a row
+  bool uniform_ground_ = false;
+  std::optional<LayerView> layers_;
+  BrickView<const float> grid_;
+  std::vector<double> beta0_per_mass_;  ///< (r_j Δθ / Δr), averaged over the row's slices
+};
+
+}  // namespace sarnerf

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include <openvdb/tools/ValueTransformer.h>
+#include <openvdb/tree/LeafManager.h>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/text.h"
+#include "vdb/vdb_layouts.h"
+#include "voxelise/voxel_brick.h"
+
+namespace sarnerf {
+
+namespace {
+
+/// Narrow bands must reach so far (voxels) on both sides: the outermost corner of a cell that absorbs lies
+/// 1.6 voxels outside, and a shell so deep takes an optical depth of 20 and more.
+constexpr double kLeastBand = 2.0;
+
+bool is_fog(const VdbFileGrid& grid) {
+  return grid.grid_class() == "fog volume" || (grid.name == "density" && grid.grid_class() != "level set");
+}
+bool is_level_set(const VdbFileGrid& grid) {
+  return grid.grid_class() == "level set" || (grid.name == "surface" && grid.grid_class() != "fog volume");
+}
+
+/// The only grid of a kind; the one of the usual name when there are several. Grids of other types than
+/// float are chosen only where there is nothing else, so that their type is what is refused.
+const VdbFileGrid* choose(const VdbFile& file, bool (*of_kind)(const VdbFileGrid&), const std::string& usual) {
+  std::vector<const VdbFileGrid*> found, floats;
+  for (const VdbFileGrid& grid : file.grids) {
+    if (!of_kind(grid)) continue;
+    found.push_back(&grid);
+    if (grid.type == openvdb::FloatTree::treeType()) floats.push_back(&grid);
+  }
+  if (!floats.empty()) found = floats;
+  if (found.size() <= 1) return found.empty() ? nullptr : found.front();
+  const auto named = std::find_if(found.begin(), found.end(),
+                                  [&](const VdbFileGrid* grid) { return grid->name == usual; });
+  if (named != found.end()) return *named;
+  throw InputError(file.name + ": expected one volume, or one called \"" + usual + "\", found " +
+                   listed_grids(file) + "; rename the one that counts");
+}
+
+/// A new grid with the same active voxels and tiles, all of the value.
+template <class Grid>
+typename Grid::Ptr same_voxels(const openvdb::FloatGrid& grid, const char* name,
+                               const typename Grid::ValueType& value) {
+  using Tree = typename Grid::TreeType;
+  auto tree = std::make_shared<Tree>(grid.constTree(), openvdb::zeroVal<typename Grid::ValueType>(), value,
+                                     openvdb::TopologyCopy());
+  auto result = Grid::create(tree);
+  result->setName(name);
+  result->setTransform(grid.transform().copy());
+  return result;
+}
+
+/// Slope of the signed distance in voxels along x, y and z; one-sided at the edge of the narrow band,
+/// beyond which distances are not known. In double: differences and squares of any finite floats are finite there.
+glm::dvec3 gradient(openvdb::FloatGrid::ConstUnsafeAccessor& distance, const openvdb::Coord& at, float here) {
+  glm::dvec3 slope(0.0);
+  for (int n = 0; n < 3; ++n) {
+    openvdb::Coord before = at, behind = at;
+    before[n] -= 1;
+    behind[n] += 1;
+    float low = here, high = here;
+    const bool has_low = distance.probeValue(before, low), has_high = distance.probeValue(behind, high);
+    if (has_low && has_high) slope[n] = 0.5 * (double{high} - double{low});
+    if (has_low != has_high) slope[n] = has_high ? double{high} - double{here} : double{here} - double{low};
+  }
+  return slope;
+}
+
+std::unique_ptr<VdbScene::Grids> fog_grids(openvdb::FloatGrid::Ptr density, const VdbReading& reading) {
+  const VdbReadOptions& options = reading.options;
+  auto grids = std::make_unique<VdbScene::Grids>();
+  grids->basis = SourceBasis::scattering;
+  multiply_values(*density, options.extinction_per_density);
+  grids->scattering = density->deepCopy();
+  multiply_values(*grids->scattering, options.albedo);
+  grids->extinction = std::move(density);
+  grids->extinction->setName("extinction");
+  grids->scattering->setName("scattering");
+  for (const auto& grid : {grids->extinction, grids->scattering}) {
+    grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  }
+  return grids;
+}
+
+std::unique_ptr<VdbScene::Grids> solid_grids(const openvdb::FloatGrid& distance, double units_per_voxel) {
+  auto grids = std::make_unique<VdbScene::Grids>();
+  grids->basis = SourceBasis::cosine;
+  grids->extinction = same_voxels<openvdb::FloatGrid>(distance, "extinction", 0.0f);
+  grids->extinction->setGridClass(openvdb::GRID_FOG_VOLUME);
+  grids->brightness.push_back(same_voxels<openvdb::FloatGrid>(distance, "brightness", 1.0f));
+  grids->exponent = same_voxels<openvdb::FloatGrid>(distance, "exponent", 1.0f);
+  grids->normal = same_voxels<openvdb::Vec3SGrid>(distance, "normal", openvdb::Vec3s(0, 1, 0));
+
+  const double voxel_m = distance.voxelSize().x();
+  const openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grids->extinction->tree());
+  parallel_for(leaves.leafCount(), 16, [&](std::size_t begin, std::size_t end, int) {
+    openvdb::FloatGrid::ConstUnsafeAccessor known = distance.getConstUnsafeAccessor();
+    for (std::size_t l = begin; l < end; ++l) {
+      auto& extinction = leaves.leaf(l);
+      auto* normals = grids->normal->tree().probeLeaf(extinction.origin());
+      for (auto voxel = extinction.beginValueOn(); voxel; ++voxel) {
+        const openvdb::Coord at = voxel.getCoord();
+        const float here = known.getValue(at);
+        // Far beyond where anything changes, but a float for all that.
+        const auto depth = static_cast<float>(std::clamp(-double{here} / units_per_voxel, -1e6, 1e6));
+        voxel.setValue(static_cast<float>(0.5 * opaque_extinction_per_voxel(depth) / voxel_m));
+        const glm::dvec3 slope = gradient(known, at, here);
+        const double steepness = glm::length(slope);
+        if (!(steepness > 0.0)) continue;
+        const glm::vec3 normal(slope / steepness);
+        normals->setValueOnly(voxel.pos(), openvdb::Vec3s(normal.x, normal.y, normal.z));
+      }
+    }
+  });
+  return grids;
+}
+
+/// Distances of a level set, with its voxel size in the same units.
+void require_level_set(const openvdb::FloatGrid& distance, double units_per_voxel, const std::string& where) {
+  const double band = double{distance.background()} / units_per_voxel;
+  if (!(band >= kLeastBand) || !std::isfinite(band)) {
+    throw InputError(where + ": expected a level set whose band reaches " + number_text(kLeastBand) +
+                     " voxels to both sides, found a background of " + number_text(band) +
+                     " voxels; rebuild it with a half width of 3");
+  }
+  // Tiles have one distance for many voxels: no surface is there, and nothing to tell a normal from.
+  auto tile = distance.constTree().cbeginValueOn();
+  tile.setMaxDepth(openvdb::FloatTree::ValueOnCIter::LEAF_DEPTH - 1);
+  if (tile) {
+    throw InputError(where + ": expected a level set in a narrow band, found active tiles; rebuild it as one");
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<VdbScene::Grids> read_foreign_layout(VdbReading& reading) {
+  const VdbFile& file = reading.file();
+  const VdbReadOptions& options = reading.options;
+  const VdbFileGrid* chosen = choose(file, is_fog, "density");
+  const bool fog = chosen != nullptr;
+  if (!fog) chosen = choose(file, is_level_set, "surface");
+  if (!chosen) {
+    throw InputError(file.name + ": expected grids \"extinction\" and \"scattering\" or \"brightness\", a fog "
+                                 "volume, or a level set; found " + listed_grids(file));
+  }
+  const std::string where = reading.place(*chosen);
+  openvdb::FloatGrid::Ptr grid = reading.loader.load<openvdb::FloatGrid>(*chosen);
+  const double metres_per_unit = options.units_m * options.scale;
+  const VdbPlacement placement = placement_of(grid->transform(), options.up, metres_per_unit, where);
+  const double units_per_voxel = placement.transform.voxel_size_m / metres_per_unit;
+  if (fog) {
+    require_values(*grid, ValueRule::not_negative,
+                   options.extinction_per_density * std::max(1.0, options.albedo), where);
+  } else {
+    require_finite_distances(*grid, where);
+    require_level_set(*grid, units_per_voxel, where);
+  }
+  // Scattering beside extinction; or brightness, exponent, extinction, and a normal of three numbers.
+  reading.loader.require_memory(*chosen, grid->memUsage() * (fog ? 1u : 6u));
+  place_grid(grid, placement, where);
+
+  if (fog) {
+    reading.notes.push_back(where + ": taken for fog: one-way extinction = density × " +
+                            number_text(options.extinction_per_density) + " per metre, scattering = extinction × " +
+                            number_text(options.albedo) + ", the same in all directions");
+  } else {
+    reading.notes.push_back(where + ": taken for the surface of an opaque solid: gamma0 1, exponent 1, "
+                                    "normals from the distances");
+  }
+  if (file.grids.size() > 1) {
+    reading.notes.push_back(file.name + ": other grids are not used; it holds " + listed_grids(file));
+  }
+  return fog ? fog_grids(std::move(grid), reading) : solid_grids(*grid, units_per_voxel);
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <openvdb/openvdb.h>
+
+#include "sarnerf/field/field_sampler.h"
+#include "sarnerf/scene/vdb_scene.h"
+
+namespace sarnerf {
+
+/// The grids behind a VdbScene: null where the scene has none. All share one transform, uniform scale and
+/// translation, in world metres with Y up.
+struct VdbScene::Grids {
+  openvdb::FloatGrid::Ptr extinction;       ///< κ⁺ (1/m)
+  openvdb::FloatGrid::Ptr extinction_back;  ///< κ⁻ (1/m), if it differs
+  SourceBasis basis = SourceBasis::harmonics;
+  int harmonics_degree = 0;
+  openvdb::FloatGrid::Ptr scattering;               ///< P (1/m), for SourceBasis::scattering
+  std::vector<openvdb::FloatGrid::Ptr> brightness;  ///< γ₀, or the coefficients γ_lm
+  openvdb::Vec3SGrid::Ptr normal;                   ///< for SourceBasis::cosine
+  openvdb::FloatGrid::Ptr exponent;                 ///< for SourceBasis::cosine
+  openvdb::Int32Grid::Ptr component;                ///< optional, as enum Component
+  openvdb::FloatGrid::Ptr occupancy;        ///< optional: 0 outside of a body and 1 inside, for those who want its shape
+  openvdb::MetaMap metadata;  ///< of the file, beside what write_vdb() sets itself
+
+  /// Those that exist, in the order of the channels; `component` and `occupancy` last.
+  std::vector<openvdb::GridBase::Ptr> all() const;
+};
+
+/// Throws UsageError unless the grids that the basis asks for are there, and no others.
+void require_complete(const VdbScene::Grids& grids);
+
+/// Transform of grids with voxel centres at `transform`'s integer indices.
+openvdb::math::Transform::Ptr vdb_transform(const GridTransform& transform);
+/// Inverse of vdb_transform(). Throws InputError unless the map is uniform scale and translation.
+GridTransform grid_transform(const openvdb::math::Transform& transform, const std::string& where);
+
+}  // namespace sarnerf
