@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds, renders every scene shipped in data/, learns one of them, and extracts it as a body.
+# Installs what is missing, builds sar_render and renders a first picture; then builds the programs that learn, renders every
+# scene shipped in data/, learns one of them, and extracts it as a body.
 set -eu
 
 case "${1-}" in
@@ -9,16 +10,24 @@ case "${1-}" in
     cat <<EOF
 Usage: scripts/demo.sh
 Installs missing packages, builds build/release, renders the scenes of data/ to out/demo, learns one of
-them and takes it out of the model, as a volume, a mesh and a picture, compared with the truth.
+them and takes it out of the model, as a volume, a mesh and a picture, compared with the truth. The first
+picture is there as soon as sar_render is built.
 EOF
     exit 0 ;;
   *) echo "demo: expected no arguments, found '$1'" >&2; exit 2 ;;
 esac
 
 cd "$(dirname "$0")/.."
-scripts/setup.sh
-cmake --preset release
-cmake --build --preset release --target sar_render sar_nerf_train sar_nerf_render sar_extract
+start=$(date +%s)
+cores=$(nproc)
+since_start() { echo "$((($(date +%s) - start) / 60)) min $((($(date +%s) - start) % 60)) s"; }
+# build SECONDS WHAT TARGET...: says how long it takes if nothing of it is built, given its processor time on one core.
+build() {
+  minutes=$((($1 / cores + 59) / 60)); what=$2
+  shift 2
+  echo "demo: building $what: about $minutes min on $cores cores if nothing of it is built yet"
+  cmake --build --preset release --target "$@"
+}
 
 out=out/demo
 mkdir -p "$out"
@@ -26,6 +35,16 @@ render() {
   echo "demo: sar_render $*"
   build/release/apps/sar_render/sar_render "$@" --overwrite -q
 }
+
+scripts/setup.sh
+cmake --preset release
+build 330 sar_render sar_render
+
+render data/truck.obj --pitch 60 --azimuth 30 --ground grass --spacing 0.1 -o "$out/truck"
+echo "demo: the first picture is $PWD/$out/truck.png, $(since_start) after the start"
+
+build 400 "the programs that learn" sar_nerf_train sar_nerf_render sar_extract
+echo "demo: rendering the scenes of data/ and learning one of them: about 2 min"
 
 # The paper's Fig. 7: roof longer than the wall's layover, equal, shorter. At 35° another building coincides.
 for scene in building_14x8 building_10x10 building_8x14; do
@@ -51,4 +70,5 @@ build/release/apps/sar_extract/sar_extract "$out/cuboid_run" "$out/cuboid_body.v
 # A sweep writes a dataset folder.
 render data/truck.obj --pitch 60 --azimuth 0:350:10 --spacing 0.1 -o "$out/truck_turning"
 
+echo "demo: done after $(since_start)"
 echo "demo: the pictures are in $PWD/$out: *.png and truck_turning/png; the *.tif hold radar brightness"

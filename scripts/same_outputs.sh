@@ -11,7 +11,8 @@ Usage: scripts/same_outputs.sh make FOLDER             run the list's commands, 
 
 SARNERF_PROGRAMS  folder with the programs' folders; default build/release/apps
 SARNERF_MSTAR     folder with measured chips; without it, commands that need them are left out
-Times, memory and revisions in reports are not compared. Both folders must come from one machine: LibTorch
+Times, memory and revisions in reports are not compared, nor checkpoints, metrics.jsonl and
+report.html of runs, which depend on the clock; the models that were learned are. Both folders must come from one machine: LibTorch
 chooses its code by the processor.
 EOF
 }
@@ -21,8 +22,12 @@ programs=$(cd "${SARNERF_PROGRAMS:-$here/build/release/apps}" && pwd)
 
 make_outputs() {
   [ ! -e "$1" ] || { echo "same_outputs: $1 exists; name a new folder" >&2; exit 2; }
-  mkdir -p "$1"
-  cd "$1"
+  # Recipes and models name folders: all outputs are made in the same one, then moved.
+  work=${TMPDIR:-/tmp}/sarnerf_same_outputs
+  rm -rf "$work"
+  mkdir -p "$work"
+  folder=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
+  cd "$work"
   number=0
   grep -v '^ *\(#\|$\)' "$here/scripts/same_outputs.list" | while read -r program arguments; do
     number=$((number + 1))
@@ -36,6 +41,8 @@ make_outputs() {
     echo "exit $code" >> "$log"
     [ "$code" = 0 ] || echo "same_outputs: exit $code: $program $arguments" >&2
   done
+  cd /
+  mv "$work" "$folder"
 }
 
 # A text without what differs from run to run: seconds, bytes, revisions, folders, sums over reports.
@@ -43,7 +50,11 @@ calm() {
   sed -E -e "s|$here|HERE|g" \
     -e 's/("[A-Za-z0-9_ ]*(seconds|_s|_ns|per_second|time|times|bytes|revision|created|processor|memory|at_s|elapsed)[A-Za-z0-9_ ]*": *)("[^"]*"|[-+0-9.e]+)/\1X/g' \
     -e 's/[0-9.]+( ?(s|ms|min|minutes|seconds|MiB|GiB|MB|GB|KB|kB))([^a-z]|$)/X\1\3/g' \
-    -e 's/[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:.Z+-]+/DATE/g' "$1"
+    -e 's/[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:.Z+-]+/DATE/g' "$1" |
+    awk '/"(seconds|memory_bytes|memory|times)": \{/ { within = 1 }
+      within { gsub(/[-+0-9.e]+/, "X") }
+      /\}/ { within = 0 }
+      { print }'
 }
 
 compare_outputs() {
@@ -55,6 +66,8 @@ compare_outputs() {
       echo "only one has $file"; bad=1
     elif ! cmp -s "$1/$file" "$2/$file"; then
       case $file in
+        # These hold seconds, or lines whose steps the clock chose; model.pt holds what was learned.
+        */latest.pt|*/report.html|*/metrics.jsonl) ;;
         *.json|*.jsonl|*.md|*.txt|*.html|*.toml)
           calm "$1/$file" > "$scratch/before"
           calm "$2/$file" > "$scratch/after"

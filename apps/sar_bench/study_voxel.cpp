@@ -5,7 +5,7 @@
 
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/core/parallel.h"
-#include "sarnerf/mpa/volume_march.h"
+#include "sarnerf/mpa/azimuth_rows.h"
 #include "sarnerf/render/engine.h"
 #include "sarnerf/scene/vdb_scene.h"
 #include "studies.h"
@@ -75,27 +75,28 @@ class DenseMarch {
   /// Rays of every `stride`th row; returns how many.
   std::size_t march(int stride) {
     const Acquisition& a = plan_.acquisition;
-    const double slice_m = a.azimuth_spacing_m / plan_.n_sub_rows;
-    std::vector<double> pixels(static_cast<std::size_t>(a.n_range));
+    std::vector<double> bins(static_cast<std::size_t>(a.n_range));
+    std::vector<float> extinction, back, source;
+    std::vector<MarchRay> kept;
     std::size_t n_rays = 0;
     for (int i = 0; i < a.n_azimuth; i += stride) {
-      for (int s = 0; s < plan_.n_sub_rows; ++s) {
-        const double along_m = a.row_offset_m(i - 0.5) + (s + 0.5) * slice_m;
-        const RayRange kept = rays_inside(plan_.fan, extent_.angles(along_m, along_m));
-        batch_.clear();
-        for (int k = kept.first; k < kept.first + kept.count; ++k) {
-          begin_ray(batch_, rays_, 0, k);
-          append_segments(batch_, rays_, along_m, k, clip_to_box(rays_, along_m, k, box_),
-                          0.5 * grid_.transform.voxel_size_m);
-        }
-        n_rays += batch_.n_rays();
-        const std::size_t n = batch_.n_segments();
-        field_.extinction_per_m.resize(n);
-        field_.source.resize(n);
-        if (channels_.two_extinctions) field_.extinction_back_per_m.resize(n);
-        sample_field(grid_, channels_, batch_.point_m, {batch_.ray_begin, batch_.ray_direction},
-                     {field_.extinction_per_m, field_.extinction_back_per_m, field_.source});
-        integrate(spans(batch_), samples(field_, channels_.basis), plan_.integrator, a.n_range, pixels);
+      for (int slice = 0; slice < plan_.n_sub_rows; ++slice) {
+        const double along_m = slice_along_m(a, i, slice, plan_.n_sub_rows);
+        const RayRange range = rays_inside(plan_.fan, extent_.angles(along_m, along_m));
+        kept.clear();
+        for (int k = range.first; k < range.first + range.count; ++k)
+          kept.push_back({along_m, 0, k, clip_to_box(rays_, along_m, k, box_), slice, k});
+        rows_.clear();
+        rows_.begin_row(rays_, i, plan_.n_sub_rows);
+        rows_.cut(rays_, kept, 0.5 * grid_.transform.voxel_size_m);
+        n_rays += kept.size();
+        const SampleBatch& batch = rows_.batch();
+        extinction.resize(batch.n_segments());
+        source.resize(batch.n_segments());
+        if (channels_.two_extinctions) back.resize(batch.n_segments());
+        sample_field(grid_, channels_, batch.point_m, {batch.ray_begin, batch.ray_direction}, {extinction, back, source});
+        rows_.set_field(extinction, source, back);
+        rows_.integrate(rows_.rows().back(), channels_.basis, plan_.integrator, Deposit::in_bin, bins);
       }
     }
     return n_rays;
@@ -108,8 +109,7 @@ class DenseMarch {
   FieldChannels channels_;
   Box box_;
   VisibleExtent extent_;
-  SampleBatch batch_;
-  BatchField field_;
+  AzimuthRows rows_;
 };
 
 /// The scene and a copy of it at a distance along the image's rows' direction.

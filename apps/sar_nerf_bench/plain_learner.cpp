@@ -9,6 +9,7 @@
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
+#include "sarnerf/mpa/azimuth_rows.h"
 #include "sarnerf/nerf/trainer.h"
 #include "torch_setup.h"
 
@@ -89,20 +90,20 @@ RayGrid PlainLearner::rays(const Acquisition& acquisition) const {
 torch::Tensor PlainLearner::render_row(const RayGrid& grid, int row, MlpKernel kernel) const {
   const Acquisition& a = grid.acquisition();
   const int n_rays = grid.fan().n_elevation;
-  std::vector<glm::vec3> points, directions;
-  std::vector<std::uint32_t> ray_begin{0};
-  for (int k = 0; k < n_rays; ++k) {
-    for (int j = 0; j < a.n_range; ++j)
-      points.emplace_back(grid.point_from_aim_m(a.row_offset_m(row), a.bin_offset_m(j), k));
-    directions.emplace_back(grid.direction(k));
-    ray_begin.push_back(static_cast<std::uint32_t>(points.size()));
-  }
+  // The paper's lattice: a ray through the row's centre for each k, a sample at the centre of each of its bins.
+  const double half_swath_m = 0.5 * a.n_range * a.range_spacing_m;
+  std::vector<MarchRay> rays;
+  for (int k = 0; k < n_rays; ++k)
+    rays.push_back({slice_along_m(a, row, 0, 1), 0, k, {-half_swath_m, half_swath_m}, 0, k});
+  AzimuthRows rows;
+  rows.begin_row(grid, row, 1);
+  rows.cut(grid, rays, a.range_spacing_m);
   std::vector<float> scale;
   for (int j = 0; j < a.n_range; ++j)
-    scale.push_back(
-        static_cast<float>(a.range_m(j) * grid.fan().step_rad / a.range_spacing_m));
+    scale.push_back(static_cast<float>(beta0_per_contribution(a, grid.fan().step_rad, 1, j)));
 
-  const MlpOutput out = mlp_forward(network_, points, directions, ray_begin, kernel);
+  const SampleBatch& batch = rows.batch();
+  const MlpOutput out = mlp_forward(network_, batch.point_m, batch.ray_direction, batch.ray_begin, kernel);
   const torch::Tensor sigma = out.sigma_raw.view({n_rays, a.n_range}).relu();
   const torch::Tensor source =
       torch::softplus(out.s_raw.view({n_rays, a.n_range})) * source_scale();

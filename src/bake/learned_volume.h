@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <openvdb/openvdb.h>
-
 #include "sarnerf/bake/extract.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/field/brick_grid.h"
@@ -16,6 +14,7 @@
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/mlp_field.h"
 #include "sarnerf/scene/vdb_scene.h"
+#include "vdb/vdb_grids.h"
 
 namespace sarnerf {
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <openvdb/openvdb.h>
-
 #include "sarnerf/bake/extract.h"
 #include "sarnerf/bake/surface_mesh.h"
+#include "vdb/vdb_grids.h"
 
 namespace sarnerf {
 

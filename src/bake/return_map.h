@@ -6,11 +6,10 @@
 #include <vector>
 
 #include <glm/glm.hpp>
-#include <openvdb/openvdb.h>
-
 #include "learned_volume.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/geometry/ray_grid.h"
+#include "vdb/vdb_grids.h"
 
 namespace sarnerf {
 

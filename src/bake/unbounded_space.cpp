@@ -6,11 +6,10 @@
 #include <numbers>
 #include <vector>
 
-#include <openvdb/openvdb.h>
-
 #include "return_map.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/field/brick_grid.h"
+#include "vdb/vdb_grids.h"
 
 namespace sarnerf {
 

@@ -326,38 +326,29 @@ void begin_ray(SampleBatch& batch, const RayGrid& grid, int row, int k) {
   batch.ray_begin.push_back(static_cast<std::uint32_t>(batch.n_segments()));
 }
 
-void append_segments(SampleBatch& batch, const RayGrid& grid, double along_track_m, int k,
-                     const RangeInterval& interval, double longest_m) {
+void append_bins(SampleBatch& batch, std::vector<double>& near_bin, const RayGrid& grid, double along_track_m, int k,
+                 double near, double far, const BinCut& how) {
   const Acquisition& a = grid.acquisition();
   const double spacing_m = a.range_spacing_m;
-  // Bin j covers [border_m(j), border_m(j + 1)).
-  const auto border_m = [&](double j) { return (j - 0.5 * a.n_range) * spacing_m; };
-  const double far_m = std::min(interval.far_m, border_m(a.n_range));
-  if (!(interval.near_m < far_m)) return;
-
   // Rounding may put a near end that lies on a border to either side of it.
-  const double first =
-      std::min(std::floor(interval.near_m / spacing_m + 0.5 * a.n_range), a.n_range - 1.0);
-  const double last = std::floor(far_m / spacing_m + 0.5 * a.n_range);
-  const double n_extra = (far_m - interval.near_m) / longest_m;
-  if (!(static_cast<double>(batch.n_segments()) + (last - first) + n_extra + 1.0 <
+  constexpr double kRounding = 1e-12;
+  if (!(static_cast<double>(batch.n_segments()) + (far - near) * (1.0 + 1.0 / how.longest) + 2.0 <
         static_cast<double>(std::numeric_limits<std::uint32_t>::max()))) {
     throw UsageError("a batch of rays holds at most 4294967295 segments; give it fewer rays");
   }
-  double near_m = interval.near_m;
-  for (double j = first; near_m < far_m; j += 1.0) {
-    const double end_m = std::min(border_m(j + 1.0), far_m);
-    if (!(near_m < end_m)) continue;
-    const double n_parts = std::max(1.0, std::ceil((end_m - near_m) / longest_m));
-    const double part_m = (end_m - near_m) / n_parts;
+  for_each_bin_part(near, far, [&](double bin, double begin, double end) {
+    if (!(end - begin > std::max(how.gap, kRounding * std::abs(begin)))) return;
+    const double n_parts = std::max(1.0, std::ceil((end - begin) / how.longest - how.gap));
+    const double length = (end - begin) / n_parts;
     for (double n = 0.0; n < n_parts; n += 1.0) {
-      batch.bin.push_back(j < 0.0 ? kNoBin : static_cast<std::uint32_t>(j));
-      batch.length_m.push_back(static_cast<float>(part_m));
-      batch.point_m.emplace_back(
-          grid.point_from_aim_m(along_track_m, near_m + (n + 0.5) * part_m, k));
+      const double at = begin + n * length;
+      batch.bin.push_back(bin < 0.0 ? kNoBin : static_cast<std::uint32_t>(bin));
+      batch.length_m.push_back(static_cast<float>(length * spacing_m));
+      near_bin.push_back(at);
+      const double offset_m = (at + 0.5 * length - 0.5 * a.n_range) * spacing_m;
+      batch.point_m.emplace_back(grid.point_from_aim_m(along_track_m, offset_m, k));
     }
-    near_m = end_m;
-  }
+  });
   batch.ray_begin.back() = static_cast<std::uint32_t>(batch.n_segments());
 }
 

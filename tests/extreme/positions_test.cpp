@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where samples lie, from 100 m to geostationary range, against quadruple precision.
+#include "../mpa/dense_segments.h"
 #include "catch.h"
 #include "matrix.h"
 #include "quad_geometry.h"

@@ -4,10 +4,12 @@
 #include <random>
 
 #include "catch.h"
+#include "dense_segments.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/mpa/volume_march.h"
 
 using namespace sarnerf;
+using test::append_segments;
 
 namespace {
 

@@ -5,10 +5,12 @@
 #include <random>
 
 #include "catch.h"
+#include "dense_segments.h"
 #include "sarnerf/field/brick_grid.h"
 #include "sarnerf/mpa/volume_march.h"
 
 using namespace sarnerf;
+using test::append_segments;
 
 namespace {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "deposit.h"
 
 #include <numeric>
 #include <random>
 #include <vector>
 
 #include "catch.h"
+#include "sarnerf/mpa/deposit.h"
 
 using namespace sarnerf;
 

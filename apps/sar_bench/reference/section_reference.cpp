@@ -9,12 +9,12 @@
 #include <span>
 #include <vector>
 
-#include "deposit.h"
 #include "lower_envelope.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/geometry/ray_grid.h"
 #include "slice_media.h"
+#include "sarnerf/mpa/deposit.h"
 
 namespace sarnerf {
 

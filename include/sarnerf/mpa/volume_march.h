@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <span>
@@ -28,13 +30,29 @@ RangeInterval clip_to_box(const RayGrid& grid, double along_track_m, int k,
 /// Opens a ray in the batch; segments appended until the next call belong to it.
 void begin_ray(SampleBatch& batch, const RayGrid& grid, int row, int k);
 
-/// Cuts [near, far] at the borders of the range bins, and the parts evenly until none is longer than
-/// `longest_m`, and appends a segment for each part, with its centre point. Parts nearer than bin 0 get kNoBin, cut at the
-/// same pitch; parts beyond the last bin are left out, since nothing behind them is seen. This is the dense form, for tests and
-/// comparisons: engines and training march through what is occupied (volume_march.h).
-void append_segments(SampleBatch& batch, const RayGrid& grid, double along_track_m, int k,
-                     const RangeInterval& interval,
-                     double longest_m = std::numeric_limits<double>::infinity());
+/// Calls f(j, near, far) for the parts of [near, far), in bin coordinates, that lie in bins j, in their order; j may be
+/// negative.
+template <class F>
+void for_each_bin_part(double near, double far, F&& f) {
+  while (near < far) {
+    const double j = std::floor(near), end = std::min(j + 1.0, far);
+    f(j, near, end);
+    near = end;
+  }
+}
+
+/// How stretches of a ray are cut.
+struct BinCut {
+  double longest = std::numeric_limits<double>::infinity();  ///< segment, in bins
+  double gap = 0.0;  ///< parts of a bin that are no longer are left out
+};
+
+/// Cuts [near, far) of a ray, in bin coordinates, at the borders of the range bins, and the parts evenly until none is longer
+/// than allowed; appends a segment for each part, with its centre point, and the bin coordinate of its near end to
+/// `near_bin`. Parts nearer than bin 0 get kNoBin, cut at the same pitch; `far` is at most the number of bins, since nothing
+/// behind them is seen.
+void append_bins(SampleBatch& batch, std::vector<double>& near_bin, const RayGrid& grid, double along_track_m, int k,
+                 double near, double far, const BinCut& how);
 
 /// Two-way optical depth behind which nothing is sampled: what lies there has less than 2.1e-9 of its
 /// power.
@@ -62,7 +80,9 @@ struct MarchRay {
   double along_track_m = 0.0;
   int row = 0;
   int k = 0;
-  RangeInterval inside;
+  RangeInterval inside{};
+  int slice = 0;  ///< of its azimuth row
+  int place = 0;  ///< among the rays of its slice
 };
 
 /// Cuts rays into segments where a sparse volume is occupied, and samples it there and nowhere else: empty

@@ -9,35 +9,19 @@
 
 #include "sarnerf/field/brick_grid.h"
 #include "sarnerf/field/field_sampler.h"
-#include "sarnerf/geometry/ray_grid.h"
+#include "sarnerf/mpa/azimuth_rows.h"
 #include "sarnerf/mpa/integrate.h"
 #include "sarnerf/nerf/density_cache.h"
 #include "sarnerf/nerf/ground.h"
 
 namespace sarnerf {
 
-class VolumeMarcher;
-struct LevelGround;
 struct RowPart;
 
-/// How densely a row is sampled by rays.
-struct RaySampling {
-  double ray_spacing_m = 0.15;  ///< between neighbouring rays of a fan, across them at the aim point
-  int sub_rows = 1;             ///< rays that share a place in the fan, spread over the row's width
-  double longest_m = 0.15;      ///< of a segment
-  double end_depth = 20.0;      ///< two-way optical depth at which a ray ends
-  double distortion = 0.0;      ///< weight of the prior of rows.h in the backward pass; 0: none
-};
-
-/// One azimuth row of one view. `jitter` in [0, 1)² shifts its rays within their spacing, along track and in
-/// the fan: 0.5 is the centred place. Rays have angles δ within the limits.
-struct RowRequest {
-  Acquisition acquisition;  ///< its aim point is the origin of the field's frame
-  int row = 0;
-  double along_track_jitter = 0.5;
-  double fan_jitter = 0.5;
-  double least_angle_rad = -std::numeric_limits<double>::infinity();
-  double most_angle_rad = std::numeric_limits<double>::infinity();
+/// How rows of learned fields are sampled and deposited.
+struct RaySampling : RowSampling {
+  double distortion = 0.0;  ///< weight of the prior of rows.h in the backward pass; 0: none
+  Deposit deposit = Deposit::in_bin;
 };
 
 /// Memory of a RowRenderer.
@@ -46,10 +30,8 @@ struct RowMemory;
 /// Renders azimuth rows of a sparse field, and carries derivatives by pixels back to the field's values. The
 /// forward pass keeps its segments for the backward one.
 ///
-/// A row is the mean over rays spread over its width, rows of the matrix of rays being shifted against each
-/// other by the golden ratio, so that few rays cover both directions evenly. Rays only exist where the box of
-/// the occupied cells is seen; on them segments only where cells are occupied; and a ray ends at the
-/// optical depth that the sampling says (VolumeMarcher).
+/// A row takes the way of AzimuthRows. Rays only exist where the box of the occupied cells is seen; on them segments only
+/// where cells are occupied; and a ray ends at the optical depth that the sampling says (VolumeMarcher).
 ///
 /// Threads take fixed parts of the rows, so that results depend on their number at most, and on nothing else.
 /// Memory: about 60 bytes a segment of the last forward pass.
@@ -76,7 +58,6 @@ class RowRenderer {
   const std::shared_ptr<RowMemory>& memory() const { return memory_; }
 
  private:
-  void march_row(const RowRequest& request, VolumeMarcher& marcher, RowPart& part) const;
   void forward_part(std::span<const RowRequest> rows, std::span<float> pixels, RowPart& part) const;
   void backward_part(std::span<const float> pixel_gradients, RowPart& part) const;
 
@@ -93,9 +74,8 @@ class RowRenderer {
 Box occupied_box(const Occupancy& occupancy, const GridTransform& transform);
 
 /// The segments of azimuth rows at which a field that is no grid is evaluated, and the integration of its values to pixels.
-/// Rays lie as RowRenderer has them. They are sampled where the cache is occupied, and end at the sampling's end_depth by the
-/// cache's extinction. Occupied stretches are cut at the borders of range bins, and the parts evenly until none is longer than
-/// the sampling allows.
+/// Rays lie as RowRenderer has them. They are cut (AzimuthRows::cut) where the cache is occupied, and end at the sampling's
+/// end_depth by the cache's extinction.
 ///
 /// Over a level ground rays end on it, and rows add the ground's power times the transmittance to it.
 ///

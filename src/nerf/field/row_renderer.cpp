@@ -32,65 +32,36 @@ RowRenderer::~RowRenderer() = default;
 RowRenderer::RowRenderer(RowRenderer&&) noexcept = default;
 RowRenderer& RowRenderer::operator=(RowRenderer&&) noexcept = default;
 
-void RowRenderer::march_row(const RowRequest& request, VolumeMarcher& marcher, RowPart& part) const {
-  const RowRays row = rays_of_row(request, box_m_, sampling_);
-  part.begin_row(request.acquisition, request.row);
-  for (const MarchRay& ray : row.rays) part.ray_k.push_back(static_cast<std::uint32_t>(ray.k));
-  marcher.march(row.grid, row.rays, part.batch, part.field);
-  part.end_row(row.grid.fan());
-}
-
 void RowRenderer::forward_part(std::span<const RowRequest> rows, std::span<float> pixels, RowPart& part) const {
-  part.clear();
+  part.rows.clear();
   VolumeMarcher marcher(values_, channels_, *occupancy_, sampling_.longest_m, sampling_.end_depth);
   for (const RowRequest& request : rows) {
-    march_row(request, marcher, part);
-    const auto n_range = static_cast<std::size_t>(request.acquisition.n_range);
-    row_pixels(part, part.rows.back(), samples(part.field, channels_.basis), Integrator::exact, sampling_,
-               pixels.first(n_range));
-    if (ground_ != nullptr) add_ground(part, part.rows.back(), *ground_, sampling_, pixels.first(n_range));
-    pixels = pixels.subspan(n_range);
+    const RowRays row = rays_of_row(request, box_m_, sampling_);
+    part.rows.begin_row(row.grid, request.row, sampling_.sub_rows);
+    part.rows.march(marcher, row.grid, row.rays);
   }
+  render_part(part, channels_.basis, Integrator::exact, sampling_, ground_, pixels);
 }
 
 void RowRenderer::forward(std::span<const RowRequest> rows, std::span<float> pixels) {
   if (pixels.size() != n_pixels(rows))
     throw UsageError("the rows have " + std::to_string(n_pixels(rows)) + " pixels, not " +
                      std::to_string(pixels.size()));
-  const std::size_t n_parts =
-      std::max<std::size_t>(1, std::min(rows.size(), static_cast<std::size_t>(thread_count())));
   auto& parts = memory_->parts;
-  parts.resize(n_parts);
+  parts.resize(n_row_parts(rows.size()));
   for (auto& part : parts)
     if (!part) part = std::make_unique<RowPart>();
-  parallel_for(n_parts, 1, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t p = begin; p < end; ++p) {
-      const std::size_t first = rows.size() * p / n_parts, last = rows.size() * (p + 1) / n_parts;
-      const auto mine = rows.subspan(first, last - first);
-      forward_part(mine, pixels.subspan(n_pixels(rows.first(first)), n_pixels(mine)), *parts[p]);
-    }
+  for_each_part(rows.size(), parts.size(), [&](std::size_t p, std::size_t first, std::size_t end) {
+    const auto mine = rows.subspan(first, end - first);
+    forward_part(mine, pixels.subspan(n_pixels(rows.first(first)), n_pixels(mine)), *parts[p]);
   });
 }
 
 void RowRenderer::backward_part(std::span<const float> pixel_gradients, RowPart& part) const {
-  const std::size_t n_segments = part.batch.n_segments();
-  part.d_extinction.assign(n_segments, 0.0f);
-  part.d_source.assign(n_segments, 0.0f);
-  for (const RowPart::Row& row : part.rows) {
-    const auto n_range = static_cast<std::size_t>(row.acquisition.n_range);
-    row_pixels_adjoint(part, row, samples(part.field, channels_.basis), Integrator::exact, sampling_,
-                       pixel_gradients.first(n_range));
-    if (ground_ != nullptr) add_ground_adjoint(part, row, *ground_, sampling_, pixel_gradients.first(n_range));
-    pixel_gradients = pixel_gradients.subspan(n_range);
-  }
-  if (sampling_.distortion > 0.0) {
-    // A ray counts as much as the part of a pixel that it stands for.
-    add_distortion_gradient(part, [&](const RowPart::Row& row) {
-      return sampling_.distortion * sampling_.ray_spacing_m / (row.acquisition.range_spacing_m * sampling_.sub_rows);
-    });
-  }
+  render_part_adjoint(part, channels_.basis, Integrator::exact, sampling_, ground_, pixel_gradients);
   sample_field_adjoint({values_.topology, values_.transform, values_.n_channels, part.d_values}, channels_,
-                       part.batch.point_m, {part.batch.ray_begin, part.batch.ray_direction}, part.field.source,
+                       part.rows.batch().point_m, {part.rows.batch().ray_begin, part.rows.batch().ray_direction},
+                       part.rows.field().source,
                        {part.d_extinction, {}, part.d_source});
 }
 
@@ -103,7 +74,7 @@ void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<con
   std::vector<std::size_t> first_pixel{0};
   for (const auto& part : parts) {
     std::size_t n = 0;
-    for (const RowPart::Row& row : part->rows) n += static_cast<std::size_t>(row.acquisition.n_range);
+    for (const AzimuthRows::Row& row : part->rows.rows()) n += static_cast<std::size_t>(row.acquisition.n_range);
     first_pixel.push_back(first_pixel.back() + n);
   }
   if (pixel_gradients.size() != first_pixel.back())
@@ -113,7 +84,7 @@ void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<con
     for (std::size_t p = begin; p < end; ++p) {
       RowPart& part = *parts[p];
       if (part.d_values.size() != values_.values.size()) part.d_values.assign(values_.values.size(), 0.0f);
-      backward_part(pixel_gradients.subspan(first_pixel[p]), part);
+      backward_part(pixel_gradients.subspan(first_pixel[p], first_pixel[p + 1] - first_pixel[p]), part);
     }
   });
   // Taken and cleared are the active voxels alone: what gathers in the others is never read.

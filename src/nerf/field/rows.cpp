@@ -11,94 +11,19 @@ namespace sarnerf {
 
 namespace {
 
-constexpr double kGoldenRatio = 0.6180339887498949;
-
-double fractional(double x) { return x - std::floor(x); }
-
-struct Comb {
-  Fan fan;
-  double first;  ///< number of the first ray, counted from the aim point
-};
-
-Comb comb_over(const RowRequest& request, const Box& box_m, double spacing_m) {
-  const auto extent = angular_extent(request.acquisition, box_m);
-  const double low = std::max(extent.first, request.least_angle_rad);
-  const double high = std::min(extent.second, request.most_angle_rad);
-  const double step = spacing_m / request.acquisition.slant_range_m, jitter = request.fan_jitter;
-  // Ray n has the angle (n + jitter) step; the fan begins half a step before its first ray.
-  const double first = std::ceil(low / step - jitter), last = std::floor(high / step - jitter);
-  return {{(first + jitter - 0.5) * step, step, std::max(0, static_cast<int>(last - first) + 1)},
-          first};
-}
-
-}  // namespace
-
-RowRays rays_of_row(const RowRequest& request, const Box& box_m, const RaySampling& sampling) {
-  const Acquisition& a = request.acquisition;
-  if (box_m.empty()) return {RayGrid(a, {}), {}};
-  const Comb comb = comb_over(request, box_m, sampling.ray_spacing_m);
-  RowRays row{RayGrid(a, comb.fan), {}};
-  for (int m = 0; m < sampling.sub_rows; ++m) {
-    for (int k = 0; k < comb.fan.n_elevation; ++k) {
-      const double place = fractional(request.along_track_jitter + kGoldenRatio * (comb.first + k));
-      const double offset = (m + place) / sampling.sub_rows - 0.5;
-      const double along_track_m = a.row_offset_m(request.row + offset);
-      const RangeInterval inside = clip_to_box(row.grid, along_track_m, k, box_m);
-      if (!inside.empty()) row.rays.push_back({along_track_m, 0, k, inside});
-    }
-  }
-  return row;
-}
-
-std::size_t n_pixels(std::span<const RowRequest> rows) {
-  std::size_t n = 0;
-  for (const RowRequest& r : rows) n += static_cast<std::size_t>(r.acquisition.n_range);
-  return n;
-}
-
-namespace {
-
-/// Brightness of a pixel over the sum of its contributions: r_j Δθ / Δr, shared by the sub-rows.
-double pixel_scale(const RowPart::Row& row, int sub_rows, int j) {
-  const Acquisition& a = row.acquisition;
-  return a.range_m(j) * row.fan.step_rad / (a.range_spacing_m * sub_rows);
-}
-
-}  // namespace
-
-void row_pixels(RowPart& part, const RowPart::Row& row, const FieldSamples<float>& field,
-                Integrator integrator, const RaySampling& sampling, std::span<float> pixels) {
-  part.of_pixel.assign(pixels.size(), 0.0);
-  integrate(part.segments(row), field, integrator, static_cast<int>(pixels.size()), part.of_pixel);
-  for (std::size_t j = 0; j < pixels.size(); ++j)
-    pixels[j] = static_cast<float>(part.of_pixel[j] *
-                                   pixel_scale(row, sampling.sub_rows, static_cast<int>(j)));
-}
-
-void row_pixels_adjoint(RowPart& part, const RowPart::Row& row, const FieldSamples<float>& field,
-                        Integrator integrator, const RaySampling& sampling,
-                        std::span<const float> pixel_gradients) {
-  part.of_pixel.resize(pixel_gradients.size());
-  for (std::size_t j = 0; j < pixel_gradients.size(); ++j)
-    part.of_pixel[j] =
-        double{pixel_gradients[j]} * pixel_scale(row, sampling.sub_rows, static_cast<int>(j));
-  integrate_adjoint(part.segments(row), field, integrator, static_cast<int>(pixel_gradients.size()),
-                    part.of_pixel, {part.d_extinction, {}, part.d_source});
-}
-
-namespace {
+using Row = AzimuthRows::Row;
 
 /// Calls visit(ray, first segment, end segment) for the rays of a row.
 template <class Visit>
-void for_each_ray(const RowPart& part, const RowPart::Row& row, Visit&& visit) {
-  for (std::size_t ray = row.first_ray; ray < row.end_ray; ++ray)
-    visit(ray, part.batch.ray_begin[ray], part.batch.ray_begin[ray + 1]);
+void for_each_ray(const RowPart& part, const Row& row, Visit&& visit) {
+  const std::vector<std::uint32_t>& ray_begin = part.rows.batch().ray_begin;
+  for (std::size_t ray = row.first_ray; ray < row.end_ray; ++ray) visit(ray, ray_begin[ray], ray_begin[ray + 1]);
 }
 
 double transmittance(const RowPart& part, std::size_t begin, std::size_t end) {
   double depth = 0.0;
   for (std::size_t s = begin; s < end; ++s)
-    depth += 2.0 * double{part.field.extinction_per_m[s]} * double{part.batch.length_m[s]};
+    depth += 2.0 * double{part.rows.field().extinction_per_m[s]} * double{part.rows.batch().length_m[s]};
   return std::exp(-depth);
 }
 
@@ -124,15 +49,15 @@ void for_each_part_of_bins(const GroundBins& bins, const Fan& fan, Visit&& visit
   }
 }
 
-}  // namespace
-
-void add_ground(const RowPart& part, const RowPart::Row& row, const LevelGround& ground, const RaySampling& sampling,
-                std::span<float> pixels) {
+/// Adds to a row's pixels what its rays leave of the ground's image: S_j = T at the angle under which bin j sees the
+/// ground, linear between the rays of the fan, of three places in the bin. Rays that were not made, since they miss all
+/// matter, have T = 1.
+void add_ground(const RowPart& part, const Row& row, const LevelGround& ground, std::span<float> pixels) {
   const GroundBins bins = ground_bins(ground, row.acquisition, row.row);
   // One more ray on either side of the fan, that meets nothing.
   std::vector<double> to_ground(static_cast<std::size_t>(row.fan.n_elevation) + 2, 1.0);
   for_each_ray(part, row, [&](std::size_t ray, std::size_t begin, std::size_t end) {
-    to_ground[part.ray_k[ray] + 1] += (transmittance(part, begin, end) - 1.0) / sampling.sub_rows;
+    to_ground[part.rows.batch().ray_elevation[ray] + 1] += (transmittance(part, begin, end) - 1.0) / row.n_slices;
   });
   if (row.fan.n_elevation == 0) {
     for (std::size_t j = 0; j < pixels.size(); ++j) pixels[j] += bins.power[j];
@@ -144,7 +69,8 @@ void add_ground(const RowPart& part, const RowPart::Row& row, const LevelGround&
   });
 }
 
-void add_ground_adjoint(RowPart& part, const RowPart::Row& row, const LevelGround& ground, const RaySampling& sampling,
+/// Its adjoint: adds ∂L/∂κ of the row's segments, from ∂L/∂pixel, to part.d_extinction.
+void add_ground_adjoint(RowPart& part, const Row& row, const LevelGround& ground,
                         std::span<const float> pixel_gradients) {
   if (row.fan.n_elevation == 0) return;
   const GroundBins bins = ground_bins(ground, row.acquisition, row.row);
@@ -154,15 +80,13 @@ void add_ground_adjoint(RowPart& part, const RowPart::Row& row, const LevelGroun
     gradient[static_cast<std::size_t>(k + 1)] += weight * double{bins.power[bin]} * double{pixel_gradients[bin]};
   });
   for_each_ray(part, row, [&](std::size_t ray, std::size_t begin, std::size_t end) {
-    const double g = gradient[part.ray_k[ray] + 1];
+    const double g = gradient[part.rows.batch().ray_elevation[ray] + 1];
     if (g == 0.0 || begin == end) return;
-    const double by_depth = -g * transmittance(part, begin, end) / sampling.sub_rows;
+    const double by_depth = -g * transmittance(part, begin, end) / row.n_slices;
     for (std::size_t s = begin; s < end; ++s)
-      part.d_extinction[s] += static_cast<float>(2.0 * double{part.batch.length_m[s]} * by_depth);
+      part.d_extinction[s] += static_cast<float>(2.0 * double{part.rows.batch().length_m[s]} * by_depth);
   });
 }
-
-namespace {
 
 /// ∂D/∂w of a ray's segments, given their weights.
 void by_weight(std::span<const double> weight, std::span<const double> range_bin, std::span<const double> length_bins,
@@ -183,25 +107,34 @@ void by_weight(std::span<const double> weight, std::span<const double> range_bin
   }
 }
 
-}  // namespace
-
-void add_distortion_gradient(RowPart& part, const std::function<double(const RowPart::Row&)>& weight) {
+/// Adds the gradient of Σ_rays weight(row) D to the gradients of the segments' extinctions. With w_s = T_s (1 − e^−x_s)
+/// the share of a ray's power that segment s could return, at range bins r_s and of length ℓ_s bins,
+///
+///     D = Σ_s Σ_t w_s w_t |r_s − r_t| + ⅓ Σ_s w_s² ℓ_s
+///
+/// is least when a ray returns all it returns from one place: fog becomes surface. From Barron et al., Mip-NeRF 360
+/// (2022), eq. 15, with ranges in bins instead of normalised distances. Linear in segments.
+void add_distortion_gradient(RowPart& part, const RaySampling& sampling) {
+  const SampleBatch& batch = part.rows.batch();
+  const BatchField& field = part.rows.field();
   std::vector<double> w, range_bin, length_bins;
-  std::vector<float> spread(part.batch.n_segments()), d_extinction(spread.size()), unused(spread.size());
-  for (const RowPart::Row& row : part.rows) {
+  std::vector<float> spread(batch.n_segments()), d_extinction(spread.size()), unused(spread.size());
+  for (const Row& row : part.rows.rows()) {
     const double bins_per_m = 1.0 / row.acquisition.range_spacing_m;
-    const auto row_weight = static_cast<float>(weight(row));
+    // A ray counts as much as the part of a pixel that it stands for.
+    const auto row_weight = static_cast<float>(sampling.distortion * sampling.ray_spacing_m /
+                                               (row.acquisition.range_spacing_m * sampling.sub_rows));
     for (std::size_t q = row.first_ray; q < row.end_ray; ++q) {
-      const std::uint32_t begin = part.batch.ray_begin[q], n = part.batch.ray_begin[q + 1] - begin;
+      const std::uint32_t begin = batch.ray_begin[q], n = batch.ray_begin[q + 1] - begin;
       w.resize(n);
       range_bin.resize(n);
       length_bins.resize(n);
       double transmittance = 1.0;
       for (std::uint32_t s = 0; s < n; ++s) {
-        const double length_m = double{part.batch.length_m[begin + s]};
-        const double stays = std::exp(-2.0 * length_m * double{part.field.extinction_per_m[begin + s]});
+        const double length_m = double{batch.length_m[begin + s]};
+        const double stays = std::exp(-2.0 * length_m * double{field.extinction_per_m[begin + s]});
         length_bins[s] = length_m * bins_per_m;
-        range_bin[s] = part.field.near_bin[begin + s] + 0.5 * length_bins[s];
+        range_bin[s] = field.near_bin[begin + s] + 0.5 * length_bins[s];
         w[s] = transmittance * (1.0 - stays);
         transmittance *= stays;
       }
@@ -211,14 +144,60 @@ void add_distortion_gradient(RowPart& part, const std::function<double(const Row
     }
   }
   // Σ_s (∂D/∂w_s) w_s is what a brightness of ∂D/∂w_s would return: its derivatives by extinction are those of D.
-  SegmentSpans<float> segments = spans(part.batch);
-  const std::vector<std::uint32_t> one_bin(part.batch.n_segments(), 0);
+  SegmentSpans<float> segments = spans(batch);
+  const std::vector<std::uint32_t> one_bin(batch.n_segments(), 0);
   segments.bin = one_bin;
   const double one = 1.0;
   const std::span<const double> gradient(&one, 1);
-  integrate_adjoint(segments, {part.field.extinction_per_m, {}, spread, SourceForm::brightness}, Integrator::exact,
+  integrate_adjoint(segments, {field.extinction_per_m, {}, spread, SourceForm::brightness}, Integrator::exact,
                     1, gradient, {d_extinction, {}, unused});
   for (std::size_t s = 0; s < d_extinction.size(); ++s) part.d_extinction[s] += d_extinction[s];
+}
+
+/// Calls visit(row, its pixels) for the rows of a part.
+template <class T, class Visit>
+void for_each_row(const RowPart& part, std::span<T> pixels, Visit&& visit) {
+  for (const Row& row : part.rows.rows()) {
+    const auto n_range = static_cast<std::size_t>(row.acquisition.n_range);
+    visit(row, pixels.first(n_range));
+    pixels = pixels.subspan(n_range);
+  }
+}
+
+}  // namespace
+
+std::size_t n_row_parts(std::size_t n_rows) {
+  return std::max<std::size_t>(1, std::min(n_rows, static_cast<std::size_t>(thread_count())));
+}
+
+void render_part(RowPart& part, SourceBasis basis, Integrator integrator, const RaySampling& sampling,
+                 const LevelGround* ground, std::span<float> pixels) {
+  for_each_row(part, pixels, [&](const Row& row, std::span<float> out) {
+    part.of_bin.assign(out.size(), 0.0);
+    part.rows.integrate(row, basis, integrator, sampling.deposit, part.of_bin);
+    for (std::size_t j = 0; j < out.size(); ++j) {
+      out[j] = static_cast<float>(part.of_bin[j] * beta0_per_contribution(row.acquisition, row.fan.step_rad, row.n_slices,
+                                                                          static_cast<int>(j)));
+    }
+    if (ground != nullptr) add_ground(part, row, *ground, out);
+  });
+}
+
+void render_part_adjoint(RowPart& part, SourceBasis basis, Integrator integrator, const RaySampling& sampling,
+                         const LevelGround* ground, std::span<const float> pixel_gradients) {
+  part.d_extinction.assign(part.rows.n_segments(), 0.0f);
+  part.d_source.assign(part.rows.n_segments(), 0.0f);
+  for_each_row(part, pixel_gradients, [&](const Row& row, std::span<const float> gradients) {
+    part.of_bin.resize(gradients.size());
+    for (std::size_t j = 0; j < gradients.size(); ++j) {
+      part.of_bin[j] = double{gradients[j]} * beta0_per_contribution(row.acquisition, row.fan.step_rad, row.n_slices,
+                                                                     static_cast<int>(j));
+    }
+    part.rows.integrate_adjoint(row, basis, integrator, sampling.deposit, part.of_bin,
+                                {part.d_extinction, {}, part.d_source});
+    if (ground != nullptr) add_ground_adjoint(part, row, *ground, gradients);
+  });
+  if (sampling.distortion > 0.0) add_distortion_gradient(part, sampling);
 }
 
 }  // namespace sarnerf

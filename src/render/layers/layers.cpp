@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/mpa/deposit.h"
 #include "sarnerf/render/layers.h"
 
 #include <algorithm>
@@ -6,7 +7,6 @@
 #include <limits>
 #include <numeric>
 
-#include "deposit.h"
 #include "layers/layer_row.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/units.h"

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "sarnerf/mpa/volume_march.h"
 #include "surface/surface_scene.h"
 
 namespace sarnerf {
@@ -171,17 +172,19 @@ void Media::append_ray(const Cell& cell, double spacing_m, double end_of_ray, do
       in += moved[n].sign * medium.extinction_per_m;
       back += moved[n].sign * medium.extinction_back_per_m;
       scattering += moved[n].sign * medium.scattering_per_m;
-      double x = moved[n].bin;
+      const double x = moved[n].bin;
       const double x_end = std::min({moved[n + 1].bin, end_of_ray, n_bins});
-      while (x < x_end) {
-        const double next = x < 0.0 ? std::min(0.0, x_end) : std::min(std::floor(x) + 1.0, x_end);
-        scratch.bin.push_back(x < 0.0 ? kNoBin : static_cast<std::uint32_t>(x));
-        scratch.length_m.push_back(static_cast<float>((next - x) * spacing_m));
+      const auto append = [&](std::uint32_t bin, double near, double far) {
+        scratch.bin.push_back(bin);
+        scratch.length_m.push_back(static_cast<float>((far - near) * spacing_m));
         scratch.extinction.push_back(static_cast<float>(std::max(0.0, in)));
         if (!two_way_equal_) scratch.extinction_back.push_back(static_cast<float>(std::max(0.0, back)));
         scratch.scattering.push_back(static_cast<float>(std::max(0.0, scattering) * weight));
-        x = next;
-      }
+      };
+      // Before bin 0 one piece is enough: it only attenuates.
+      if (x < x_end && x < 0.0) append(kNoBin, x, std::min(0.0, x_end));
+      for_each_bin_part(std::max(0.0, x), x_end,
+                        [&](double bin, double near, double far) { append(static_cast<std::uint32_t>(bin), near, far); });
     }
     scratch.ray_begin.push_back(static_cast<std::uint32_t>(scratch.bin.size()));
     scratch.ray_row.push_back(0);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "deposit.h"
 #include "sarnerf/core/units.h"
+#include "sarnerf/mpa/deposit.h"
 
 namespace sarnerf {
 

@@ -11,6 +11,7 @@
 #include "plan.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
+#include "sarnerf/mpa/azimuth_rows.h"
 #include "sarnerf/render/engine.h"
 #include "surface/reconstruct.h"
 #include "surface/row_slices.h"
@@ -110,7 +111,7 @@ SurfaceView::SurfaceView(const SurfaceScene& scene, const ViewPlan& plan, Nested
   }
   // β⁰ = (r_j Δθ / Δr) × sum over k, averaged over the row's slices.
   for (int j = 0; j < a.n_range; ++j) {
-    beta0_per_mass_.push_back(plan.fan.step_rad / (a.range_spacing_m * plan.n_sub_rows) * a.range_m(j));
+    beta0_per_mass_.push_back(beta0_per_contribution(a, plan.fan.step_rad, plan.n_sub_rows, j));
   }
 }
 

@@ -9,7 +9,7 @@
 #include "appearance.h"
 #include "layers/layer_row.h"
 #include "plan.h"
-#include "sarnerf/mpa/integrate.h"
+#include "sarnerf/mpa/azimuth_rows.h"
 #include "sarnerf/mpa/volume_march.h"
 #include "sarnerf/render/engine.h"
 #include "sarnerf/trace/ray_tracer.h"
@@ -38,54 +38,6 @@ class GroundRays {
   Appearance appearance_;
   std::vector<double> offset_m_, gamma_;        ///< per ray
   std::vector<double> first_bin_, last_bin_;    ///< per ray: between which it covers the ground
-};
-
-/// What the rays of one slice emit, by their places in a packed row. Rays that met nothing have no mass.
-struct SliceEmission {
-  std::vector<double> mass;      ///< Σ c_s
-  std::vector<double> centroid;  ///< Σ c_s x_s / Σ c_s, range in bin coordinates
-  std::vector<std::uint32_t> batch_ray;  ///< the ray's number in the batch, or kNoRay
-
-  static constexpr std::uint32_t kNoRay = 0xffffffffu;
-  void assign(std::size_t n_rays);
-};
-
-/// Where, on range, one segment of a ray emits.
-struct SegmentEmission {
-  double bin = 0.0;    ///< mean, in bin coordinates
-  double width = 0.0;  ///< of the box that stands for it
-};
-
-/// Mean position and width of what a segment of two-way depth x emits: near its front if it is opaque,
-/// anywhere in it if it is thin. `first_bin`: bin coordinate of its near end, `length`: in bins.
-SegmentEmission segment_emission(double first_bin, double length, double depth);
-
-/// Range (bins) that a ray stands for, relative to the centroid of what it emits.
-struct RangeSpan {
-  double first = 0.0, last = 0.0;
-};
-
-/// Places what rays emit on range bins. A ray stands for its step of angle and its slice's width: what it
-/// emits is spread over the range half-way to the centroids of its neighbours, so that on a continuous
-/// surface rays meet without gap or overlap, however few they are. Where a neighbour sees something else,
-/// the other one decides; where both do, nothing is spread.
-class Footprints {
- public:
-  /// `consecutive[n]`: whether the packed rays n and n + 1 are neighbours.
-  Footprints(std::span<const SliceEmission> slices, const std::vector<bool>& consecutive)
-      : slices_(slices), consecutive_(consecutive) {}
-
-  /// What packed ray n of slice s stands for in its step of k.
-  RangeSpan over_ray(std::size_t s, std::size_t n) const;
-  /// Range (bins) by which its centroid moves over the slice's width.
-  double over_slice(std::size_t s, std::size_t n) const;
-
- private:
-  /// How far (bins) the other ray's centroid lies beyond this one's; infinite if it says nothing.
-  double step(std::size_t s, std::size_t n, std::size_t other_s, std::size_t other_n) const;
-
-  std::span<const SliceEmission> slices_;
-  const std::vector<bool>& consecutive_;
 };
 
 /// The rays of one slice that may meet matter, side by side for tracing, and what they met.
@@ -131,16 +83,13 @@ struct VoxelWorker {
   };
 
   VolumeMarcher marcher;
-  SampleBatch batch;
-  BatchField field;
-  std::array<PackedRow, RayTracer::kRowsPerBlock> rows;
-  std::array<SliceEmission, RayTracer::kRowsPerBlock> emission;
+  AzimuthRows rows;
+  std::array<PackedRow, RayTracer::kRowsPerBlock> packed;  ///< of each slice
   std::vector<int> packed_k;      ///< k of each packed ray
   std::vector<MarchRay> marched;  ///< rays of a step that entered matter
   std::vector<double> depth;      ///< what they passed
   std::vector<bool> consecutive;  ///< packed rays n and n + 1 are neighbours
-  std::vector<double> contributions, bins, ground_bins;
-  std::vector<SegmentEmission> emitted;  ///< per segment
+  std::vector<double> bins, ground_bins;
   std::optional<LayerScratch> layers;
   std::size_t n_counted = 0;  ///< packed rays of the block whose hits and ground are counted
   std::uint64_t n_hits = 0;
@@ -154,7 +103,8 @@ inline constexpr std::uint64_t kBytesPerSegment = 128;
 /// And for each packed ray of each slice.
 inline constexpr std::uint64_t kPackedBytesPerRay = 96;
 
-/// One view of a volume, row by row; rows are independent.
+/// One view of a volume, row by row; rows are independent. Embree finds where rays enter matter; from there they take the way
+/// of AzimuthRows, some slices at a time, over the footprint.
 class VoxelView {
  public:
   /// `scene` and `plan` must outlive it; the plan has at least one ray.
@@ -167,6 +117,7 @@ class VoxelView {
 
  private:
   struct Block {
+    int row = 0;
     std::size_t n_slices = 0;
     std::array<double, RayTracer::kRowsPerBlock> along_m{};
   };
@@ -181,11 +132,8 @@ class VoxelView {
   void see_ground(const Block& block, std::size_t slice, int k, double passed, VoxelWorker& w) const;
   void see_bare_ground(const Block& block, std::size_t slice, std::span<const RayRange> ranges,
                        VoxelWorker& w) const;
-  void find_emissions(const Block& block, const Part& part, VoxelWorker& w) const;
-  SegmentEmission emission_of_segment(const VoxelWorker& w, std::size_t segment) const;
   double two_way_per_m(const VoxelWorker& w, std::size_t segment) const;
-  void deposit(std::size_t slice, const Part& part, const Footprints& footprints, VoxelWorker& w) const;
-  void add_to_layers(std::size_t slice, const Footprints& footprints, VoxelWorker& w) const;
+  void add_to_layers(std::size_t slice, VoxelWorker& w) const;
   bool plane_is_hidden(std::uint32_t ray, double plane_bin, const VoxelWorker& w) const;
 
   const VoxelScene& scene_;

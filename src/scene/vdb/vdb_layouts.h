@@ -8,8 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include <openvdb/openvdb.h>
-
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/field/brick_grid.h"
 #include "sarnerf/scene/scene.h"
