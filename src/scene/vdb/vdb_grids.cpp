@@ -6,6 +6,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/scene/vdb_scene.h"
+#include "vdb/vdb_layouts.h"
 
 // Here, and in no other unit of the program (vdb_grids.h).
 template class openvdb::Grid<openvdb::FloatTree>;
