@@ -2,19 +2,20 @@
 #include "command_line.h"
 
 #include <algorithm>
+#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "version.h"
 #include <CLI/CLI.hpp>
+
+#include "version.h"
 
 #include "console.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
-#include "values.h"
 
 namespace sarnerf::app {
 
@@ -168,87 +169,176 @@ class HelpFormatter : public CLI::Formatter {
 
 }  // namespace
 
-CommandLine::CommandLine(std::string name, std::string description)
-    : parser_(std::move(description), std::move(name)) {
-  parser_.set_help_flag();  // added again below: groups are shown in the order of their first option
-  parser_.allow_config_extras(CLI::config_extras_mode::error);
-  parser_.config_formatter(std::make_shared<ConfigFile>(parser_));
-  parser_.formatter(std::make_shared<HelpFormatter>());
+struct CommandLine::Parser {
+  struct Step {
+    std::string name;  ///< of the option as it was added; empty: a step of then()
+    std::function<void()> run;
+  };
+
+  Parser(std::string name, std::string description) : app(std::move(description), std::move(name)) {}
+
+  CLI::App app;
+  std::string group;
+  bool in_files = true;
+  // The parser keeps references to these.
+  std::deque<std::string> texts;
+  std::deque<std::vector<std::string>> lists;
+  std::vector<Step> steps;
+  std::string threads = "auto", max_memory = "auto";
+  bool quiet = false;
+  int verbose = 0;
+
+  void put(CLI::Option& option, const Form& form) const {
+    option.type_name(form.type)->configurable(in_files);
+    if (!option.get_positional()) option.group(group);
+    if (!form.names.empty()) option.check(CLI::IsMember(form.names).description(""));
+  }
+};
+
+CommandLine::CommandLine(std::string name, std::string description, std::string footer)
+    : parser_(std::make_unique<Parser>(std::move(name), std::move(description))) {
+  CLI::App& app = parser_->app;
+  app.set_help_flag();  // added again below: groups are shown in the order of their first option
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.config_formatter(std::make_shared<ConfigFile>(app));
+  app.formatter(std::make_shared<HelpFormatter>());
+  app.footer(std::move(footer));
 }
 
-CLI::Option* CommandLine::add_text_option(const char* name, std::string& text, const char* type,
-                                          const char* help) {
-  CLI::Option* option = parser_.add_option(name, text, help)->type_name(type)->group(group_);
+CommandLine::~CommandLine() = default;
+
+void CommandLine::begin_group(std::string title, bool in_files) {
+  parser_->group = std::move(title);
+  parser_->in_files = in_files;
+}
+
+void CommandLine::add_text(const char* name, const Form& form,
+                           std::function<void(const std::string&, const std::string&)> read) {
+  std::string& text = parser_->texts.emplace_back(form.shown);
+  CLI::Option* option = parser_->app.add_option(name, text, form.help);
+  parser_->put(*option, form);
   if (!text.empty()) option->capture_default_str();
-  return option;
+  parser_->steps.push_back({name, [option, &text, read = std::move(read)] {
+    if (option->count() > 0) read(option->get_name(), text);
+  }});
 }
 
-CLI::Option* CommandLine::add_flag(const char* name, bool& flag, const char* help) {
-  return parser_.add_flag(name, flag, help)->group(group_);
+void CommandLine::add_texts(const char* name, const Form& form, const Several& several,
+                            std::function<void(const std::string&, const std::vector<std::string>&)> read) {
+  std::vector<std::string>& texts = parser_->lists.emplace_back();
+  CLI::Option* option = parser_->app.add_option(name, texts, form.help);
+  parser_->put(*option, form);
+  option->delimiter(several.separator);
+  if (several.one_at_a_time) option->allow_extra_args(false);
+  if (several.most > 0) option->expected(1, several.most);
+  parser_->steps.push_back({name, [option, &texts, read = std::move(read)] {
+    if (option->count() > 0) read(option->get_name(), texts);
+  }});
 }
+
+void CommandLine::add_flag(const char* name, bool& flag, const char* help) {
+  parser_->app.add_flag(name, flag, help)->configurable(parser_->in_files)->group(parser_->group);
+}
+
+void CommandLine::require(const char* name) { parser_->app.get_option(name)->required(); }
 
 void CommandLine::same_meaning(std::vector<std::string> long_names) {
-  std::static_pointer_cast<ConfigFile>(parser_.get_config_formatter())
-      ->same_meaning(std::move(long_names));
+  std::static_pointer_cast<ConfigFile>(parser_->app.get_config_formatter())->same_meaning(std::move(long_names));
+}
+
+void CommandLine::then(std::function<void()> step) { parser_->steps.push_back({"", std::move(step)}); }
+
+void CommandLine::read_later(const std::vector<std::string>& names) {
+  std::ranges::stable_partition(parser_->steps, [&](const Parser::Step& step) {
+    return std::ranges::find(names, step.name) == names.end();
+  });
 }
 
 void CommandLine::add_shared_options() {
-  parser_.set_help_flag("-h,--help", "Print this help and exit")->group(kGroup);
-  parser_.add_option("--threads", threads_, "Worker threads; auto: OMP_NUM_THREADS or all processors")
+  Parser& p = *parser_;
+  p.app.set_help_flag("-h,--help", "Print this help and exit")->group(kGroup);
+  p.app.add_option("--threads", p.threads, "Worker threads; auto: OMP_NUM_THREADS or all processors")
       ->type_name("N|auto")->capture_default_str()->group(kGroup);
-  parser_.add_option("--max-memory", max_memory_, "Refuse to start what needs more, such as 8G; auto: what is there")
+  p.app.add_option("--max-memory", p.max_memory, "Refuse to start what needs more, such as 8G; auto: what is there")
       ->type_name("BYTES|auto|none")->capture_default_str()->group(kGroup);
-  parser_.add_flag("-q,--quiet", quiet_, "Print paths, warnings and errors only")->group(kGroup);
-  parser_.add_flag("-v,--verbose", verbose_, "Print details")->group(kGroup);
+  p.app.add_flag("-q,--quiet", p.quiet, "Print paths, warnings and errors only")->group(kGroup);
+  p.app.add_flag("-v,--verbose", p.verbose, "Print details")->group(kGroup);
   same_meaning({"quiet", "verbose"});
-  parser_.set_config("--config", "", "Options and scene from a file of lines name = value; the command line wins")
+  p.app.set_config("--config", "", "Options and scene from a file of lines name = value; the command line wins")
       ->type_name("FILE")->check(CLI::Validator(refuse_unless_file, ""))->group(kGroup);
-  parser_.set_version_flag("--version", parser_.get_name() + " " + std::string(kVersion),
-                           "Print the version and exit")->group(kGroup);
+  p.app.set_version_flag("--version", p.app.get_name() + " " + std::string(kVersion), "Print the version and exit")
+      ->group(kGroup);
 }
 
 bool CommandLine::parse(int argc, char** argv) {
+  CLI::App& app = parser_->app;
+  const std::string hint = "; " + app.get_name() + " --help lists the options";
   try {
-    parser_.parse(argc, argv);
-    refuse_empty(parser_);
-    return true;
+    app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    print_result(parser_.help());
+    print_result(app.help());
+    return false;
   } catch (const CLI::CallForVersion& e) {
     print_result(std::string(e.what()) + "\n");
+    return false;
   } catch (const CLI::FileError& e) {
     throw InputError("--config: " + one_line(e.what()) + "; expected an existing TOML file");
   } catch (const CLI::ExtrasError&) {
-    throw UsageError(unexpected_text(parser_) + "; " + parser_.get_name() + " --help lists the options");
+    throw UsageError(unexpected_text(app) + hint);
   } catch (const CLI::ParseError& e) {
-    throw UsageError(one_line(e.what()) + "; " + parser_.get_name() + " --help lists the options");
+    throw UsageError(one_line(e.what()) + hint);
   }
-  return false;
+  refuse_empty(app);
+  for (const Parser::Step& step : parser_->steps) step.run();
+  return true;
 }
+
+bool CommandLine::given(const std::string& name) const { return parser_->app.get_option(name)->count() > 0; }
 
 std::set<std::string> CommandLine::given() const {
   std::set<std::string> names;
-  for (const CLI::Option* option : parser_.get_options()) {
+  for (const CLI::Option* option : std::as_const(parser_->app).get_options()) {
     if (option->count() == 0) continue;
     for (const std::string& name : option->get_lnames()) names.insert(name);
   }
   return names;
 }
 
+std::string CommandLine::text(const std::string& name) const {
+  const CLI::Option* option = parser_->app.get_option(name);
+  return option->count() > 0 ? option->results().front() : "";
+}
+
 SharedOptions CommandLine::shared_options() const {
+  const Parser& p = *parser_;
   SharedOptions options;
-  const CLI::Option* config = parser_.get_config_ptr();
+  const CLI::Option* config = p.app.get_config_ptr();
   if (config != nullptr && config->count() > 0) options.config_file = config->results().front();
   constexpr int kMostThreads = 1'000'000;
-  options.n_threads = threads_ == "auto" ? default_thread_count()
-                                         : static_cast<int>(parse_whole("--threads", threads_, 1, kMostThreads));
-  options.any_memory = max_memory_ == "none";
-  if (max_memory_ != "none" && max_memory_ != "auto") options.max_memory_bytes = parse_bytes("--max-memory", max_memory_);
-  if (quiet_ && verbose_ > 0) throw UsageError("-q and -v contradict each other: give one of them");
-  options.verbosity = quiet_ ? -1 : verbose_;
+  options.n_threads = p.threads == "auto" ? default_thread_count()
+                                          : static_cast<int>(parse_whole("--threads", p.threads, 1, kMostThreads));
+  options.any_memory = p.max_memory == "none";
+  if (p.max_memory != "none" && p.max_memory != "auto")
+    options.max_memory_bytes = parse_bytes("--max-memory", p.max_memory);
+  if (p.quiet && p.verbose > 0) throw UsageError("-q and -v contradict each other: give one of them");
+  options.verbosity = p.quiet ? -1 : p.verbose;
   return options;
 }
 
-CLI::Validator one_of(const std::vector<std::string>& names) { return CLI::IsMember(names).description(""); }
+Kind<std::vector<double>> incidences_deg(const CommandLine& command) {
+  // Whichever is read first speaks for both.
+  return {"DEG", [&command](auto&, auto&) { return incidences_deg(command.text("--pitch"), command.text("--depression")); },
+          [](auto&) { return std::string(); }};
+}
+
+Kind<double> radar_distance_m(const CommandLine& command) {
+  Kind<double> kind = between("M", kNearestRadar_m, kFarthestRadar_m);
+  kind.read = [&command, read = kind.read](auto& option, auto& text) {
+    if (command.given("--altitude") && command.given("--slant-range"))
+      throw UsageError("--altitude and --slant-range both place the radar; give one of them");
+    return read(option, text);
+  };
+  return kind;
+}
 
 }  // namespace sarnerf::app

@@ -273,6 +273,67 @@ std::vector<double> incidences_deg(const std::string& pitch_text,
 
 namespace {
 
+std::string shown(const std::string& value) { return value; }
+std::string shown(const std::filesystem::path& value) { return value.string(); }
+std::string shown(double value) { return format("%.10g", value); }
+std::string shown(std::int64_t value) { return std::to_string(value); }
+
+std::string shown(const std::vector<double>& values) {
+  std::string list;
+  for (const double value : values) {
+    if (!list.empty()) list += ',';
+    list += shown(value);
+  }
+  return list;
+}
+
+std::string shown(const glm::dvec3& point) { return shown(std::vector{point.x, point.y, point.z}); }
+std::string shown(const std::pair<int, int>& size) { return std::to_string(size.first) + "x" + std::to_string(size.second); }
+
+/// One number where both are the same, as it may be given.
+std::string shown(const std::pair<double, double>& both) {
+  const std::string first = shown(both.first);
+  return both.first == both.second ? first : first + ',' + shown(both.second);
+}
+
+template <class T, class Read>
+Kind<T> kind(std::string type, Read read) {
+  return {std::move(type), std::move(read), [](const T& value) { return shown(value); }};
+}
+
+std::string as_given(std::string_view, std::string_view text) { return std::string(text); }
+
+}  // namespace
+
+Kind<std::string> text(std::string type) { return kind<std::string>(std::move(type), as_given); }
+Kind<std::filesystem::path> path(std::string type) { return kind<std::filesystem::path>(std::move(type), as_given); }
+Kind<double> number(std::string type) { return kind<double>(std::move(type), parse_number); }
+Kind<double> positive(std::string type) { return kind<double>(std::move(type), parse_positive); }
+
+Kind<double> between(std::string type, double least, double most) {
+  return kind<double>(std::move(type), [=](auto& option, auto& text) { return parse_between(option, text, least, most); });
+}
+
+Kind<double> part(std::string type, double least, double most) {
+  return kind<double>(std::move(type), [=](auto& option, auto& text) { return parse_part(option, text, least, most); });
+}
+
+Kind<std::int64_t> whole(std::string type, std::int64_t least, std::int64_t most) {
+  return kind<std::int64_t>(std::move(type), [=](auto& option, auto& text) { return parse_whole(option, text, least, most); });
+}
+
+Kind<std::vector<double>> angles_deg() { return kind<std::vector<double>>("DEG", parse_angles_deg); }
+Kind<std::pair<int, int>> image_size() { return kind<std::pair<int, int>>("AxR", parse_image_size); }
+Kind<std::pair<double, double>> spacing_m() { return kind<std::pair<double, double>>("A[,R]", parse_spacing_m); }
+Kind<glm::dvec3> point_m() { return kind<glm::dvec3>("X,Y,Z", parse_vector); }
+Kind<double> seconds() { return kind<double>("TIME", parse_seconds); }
+
+Kind<double> units_m() {
+  return {"UNIT", parse_units_m, [](double metres) { return metres == 1.0 ? "m" : shown(metres); }};
+}
+
+namespace {
+
 std::string place(const std::string& file, const toml::source_region& source) {
   return file + ":" + std::to_string(source.begin.line) + ": ";
 }

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <istream>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -66,6 +71,69 @@ inline constexpr double kNearestRadar_m = 1e-3, kFarthestRadar_m = 1e9;
 /// Incidences (deg) of --pitch or --depression, as parse_angles_deg() reads them; none where both are empty. Throws
 /// UsageError for angles that no view can have and where the two contradict each other.
 std::vector<double> incidences_deg(const std::string& pitch, const std::string& depression);
+
+/// What an option takes. CommandLine::add() binds it to the place of the value.
+template <class T>
+struct Kind {
+  std::string type;  ///< its name in help: "M", "N|auto"
+  /// The value of a text; throws UsageError with the option's name.
+  std::function<T(const std::string& option, const std::string& text)> read;
+  std::function<std::string(const T&)> show;  ///< the text of a default in help; help passes over an empty one
+  std::vector<std::string> names = {};        ///< unless empty, the parser itself refuses all other texts
+
+  /// The same, and one word for a value that no other text has: "N|auto", 0.
+  Kind or_word(const std::string& word, const T& meaning) const {
+    return {type + "|" + word,
+            [=, read = read](const auto& option, const auto& text) { return text == word ? meaning : read(option, text); },
+            [=, show = show](const T& value) { return value == meaning ? word : show(value); }};
+  }
+
+  /// The same, and one word for no value.
+  Kind<std::optional<T>> or_word(const std::string& word) const {
+    return {type + "|" + word,
+            [=, read = read](const auto& option, const auto& text) {
+              return text == word ? std::nullopt : std::optional<T>(read(option, text));
+            },
+            [=, show = show](const std::optional<T>& value) { return value ? show(*value) : word; }};
+  }
+};
+
+// Kinds over the functions above. `type` is the name in help.
+Kind<std::string> text(std::string type);
+Kind<std::filesystem::path> path(std::string type);
+Kind<double> number(std::string type);
+Kind<double> positive(std::string type);
+Kind<double> between(std::string type, double least, double most);
+Kind<double> part(std::string type, double least, double most);
+Kind<std::int64_t> whole(std::string type, std::int64_t least, std::int64_t most);
+Kind<std::vector<double>> angles_deg();
+Kind<std::pair<int, int>> image_size();
+Kind<std::pair<double, double>> spacing_m();
+Kind<glm::dvec3> point_m();
+Kind<double> units_m();
+Kind<double> seconds();
+
+/// One of some words, each for a value. `type` is all words unless help calls it otherwise.
+template <class T>
+Kind<T> one_of(const std::vector<std::pair<std::string, T>>& words, std::string type = {}) {
+  const bool all = type.empty();
+  std::vector<std::string> names;
+  for (const auto& [word, value] : words) {
+    if (all) type += (names.empty() ? "" : "|") + word;
+    names.push_back(word);
+  }
+  using Word = std::pair<std::string, T>;
+  return {type, [=](const auto&, const auto& text) { return std::ranges::find(words, text, &Word::first)->second; },
+          [=](const T& value) { return std::ranges::find(words, value, &Word::second)->first; }, names};
+}
+
+/// Whatever a function makes of the text; `shown` is the default in help.
+template <class Make>
+auto made_by(std::string type, Make make, std::string shown = {}) {
+  using T = std::decay_t<std::invoke_result_t<Make, const std::string&>>;
+  return Kind<T>{std::move(type), [make](const std::string&, const std::string& text) { return make(text); },
+                 [shown](const T&) { return shown; }};
+}
 
 /// One `name = value` of a file.
 struct FlatItem {

@@ -18,7 +18,6 @@
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/nerf/lpips.h"
 #include "sarnerf/report/page.h"
-#include "values.h"
 
 namespace sarnerf::app {
 
@@ -32,8 +31,8 @@ constexpr double kSameAngle_deg = 1e-6;
 Holdout parse_holdout(const std::string& text) {
   if (text == "auto") return {};
   if (text.find_first_of(".%") != std::string::npos)
-    return {Holdout::Kind::part, parse_part("--holdout", text, 0.0, 0.99)};
-  return {Holdout::Kind::count, static_cast<double>(parse_whole("--holdout", text, 0, 10'000'000))};
+    return {Holdout::Kind::part, parse_part("--holdout", text, 0.0, 0.99), text};
+  return {Holdout::Kind::count, static_cast<double>(parse_whole("--holdout", text, 0, 10'000'000)), text};
 }
 
 std::vector<std::size_t> spread_places(std::size_t count, std::size_t most) {
@@ -89,9 +88,7 @@ std::vector<std::size_t> unseen_views(std::span<const DatasetView> views,
   return unseen;
 }
 
-double parse_despeckle_deg(const std::string& text) {
-  return text == "off" ? 0.0 : parse_between("--despeckle", text, 1e-3, 90.0);
-}
+Kind<double> despeckle_degrees() { return between("DEG", 1e-3, 90.0).or_word("off", 0.0); }
 
 std::optional<DespeckledTruth> despeckled_if_asked(double despeckle_deg,
                                                    std::span<const PosedImage> unseen) {
@@ -126,15 +123,24 @@ std::string lpips_missing(const std::filesystem::path& weights, std::span<const 
                : "";
 }
 
-ResolutionChoice parse_resolution(const std::string& resolution, const std::string& window) {
-  if (resolution == "auto" || resolution == "none") {
-    if (!window.empty())
-      throw UsageError("--window: a window shapes an impulse response: give its --resolution too, or leave the window " + window +
+Kind<ResolutionChoice> resolution_choice() {
+  const auto read = [](const std::string& text) -> ResolutionChoice {
+    if (text == "auto" || text == "none") return {text == "auto", std::nullopt};
+    const auto [azimuth_m, range_m] = parse_spacing_m("--resolution", text);
+    return {false, Resolution{azimuth_m, range_m, {}}};
+  };
+  return made_by("A[,R]|auto|none", read, "auto");
+}
+
+Kind<ResolutionChoice> window_of(const ResolutionChoice& choice) {
+  return made_by("NAME", [&choice](const std::string& text) {
+    ResolutionChoice shaped = choice;
+    if (!shaped.resolution)
+      throw UsageError("--window: a window shapes an impulse response: give its --resolution too, or leave the window " + text +
                        " out");
-    return {resolution == "auto", std::nullopt};
-  }
-  const auto [azimuth_m, range_m] = parse_spacing_m("--resolution", resolution);
-  return {false, Resolution{azimuth_m, range_m, window_from_text(window.empty() ? "none" : window)}};
+    shaped.resolution->window = window_from_text(text);
+    return shaped;
+  });
 }
 
 std::string resolution_text(const Resolution& r) {

@@ -13,6 +13,7 @@
 #include "sarnerf/core/impulse_response.h"
 #include "sarnerf/dataset/manifest.h"
 #include "sarnerf/evaluation/evaluation.h"
+#include "values.h"
 
 namespace sarnerf::app {
 
@@ -21,6 +22,7 @@ struct Holdout {
   enum class Kind { automatic, count, part };
   Kind kind = Kind::automatic;
   double value = 0.0;
+  std::string text = "auto";  ///< as it was given
 };
 
 /// "auto", a count or a part ("0.1", "10%"). Throws UsageError.
@@ -41,8 +43,8 @@ bool same_angles(const DatasetView& a, const DatasetView& b);
 std::vector<std::size_t> unseen_views(std::span<const DatasetView> views,
                                       std::span<const DatasetView> training);
 
-/// --despeckle's degrees; 0 for "off". Throws UsageError for what is not in (0, 90].
-double parse_despeckle_deg(const std::string& text);
+/// What --despeckle takes: degrees, at most 90; 0 for "off".
+Kind<double> despeckle_degrees();
 
 /// The despeckled truth of views that nobody trained on; none where the option is off. Throws UsageError where no view
 /// has the neighbours that it takes.
@@ -68,8 +70,11 @@ struct ResolutionChoice {
   std::optional<Resolution> or_else(const std::optional<Resolution>& known) const { return automatic ? known : resolution; }
 };
 
-/// "auto", "none" or metres, with a window where there are metres ("none" unless told). Throws UsageError.
-ResolutionChoice parse_resolution(const std::string& resolution, const std::string& window);
+/// What --resolution takes: "auto", "none" or metres.
+Kind<ResolutionChoice> resolution_choice();
+
+/// What --window takes: the same choice with a window, which only metres can have.
+Kind<ResolutionChoice> window_of(const ResolutionChoice& choice);
 
 /// "0.305 x 0.305 m (azimuth x range), window taylor:-35,4"
 std::string resolution_text(const Resolution& resolution);

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "console.h"
@@ -67,9 +66,6 @@ struct ExtractionRun {
 /// Interrupted.
 void study_extraction(const ExtractionOptions& options, app::Console& console,
                       const std::function<void(const std::vector<ExtractionRun>&)>& finished);
-
-/// The sub-command `extraction`, which fills the options in.
-CLI::App& add_extraction_command(CLI::App& app, ExtractionOptions& options);
 
 /// Measures, and writes extraction.json, extraction.md and the diagrams into the output folder, anew after each run; prints
 /// the table. Throws UsageError where another study is in the way.

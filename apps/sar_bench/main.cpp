@@ -60,6 +60,48 @@ void add_common(CLI::App& command, Options& o) {
   command.add_flag("--dry-run", o.dry_run, "Print what would be measured and stop");
 }
 
+/// The sub-command `extraction`, which fills the options in.
+CLI::App& add_extraction_command(CLI::App& app, sarnerf::bench::ExtractionOptions& o) {
+  CLI::App& command = *app.add_subcommand(
+      "extraction", "IoU and distance of extracted bodies against seconds of training and against the number of views; "
+                    "prints a table (Markdown) and writes diagrams");
+  command.add_option("scenes", o.scene_files, "Meshes or scenes with a closed body")->type_name("FILE")->required();
+  command.add_option("--views", o.views,
+                     "Sets of training views: azimuths, evenly around at 45 deg; x11: at each of 11 pitches, 35 to 55 deg")
+      ->type_name("N[xP],...")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->capture_default_str();
+  command.add_option("--time", o.times, "Planned times of training; each is a run of its own")
+      ->type_name("TIME,...")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->capture_default_str();
+  command.add_option("--seeds", o.n_seeds, "Runs of each, seeds 1 to N")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000).description(""))
+      ->capture_default_str();
+  command.add_option("--field", o.field, "grid or mlp")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"grid", "mlp"}).description(""))
+      ->capture_default_str();
+  command.add_option("--surfaces", o.surfaces, "Of sar_nerf_train: auto, on or off")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"auto", "on", "off"}).description(""))
+      ->capture_default_str();
+  command.add_option("--scale", o.scale, "Factor on the scenes' coordinates")->type_name("FACTOR")->capture_default_str();
+  command.add_option("--ground-height", o.ground_height, "Where bodies end below (m); auto: where returns end")
+      ->type_name("M|auto")
+      ->capture_default_str();
+  command.add_option("-o,--output", o.output, "Folder of the result, and of data, models and volumes")
+      ->type_name("FOLDER")
+      ->default_val("extraction_study");
+  command.add_flag("--overwrite", o.overwrite, "Replace the study that is there");
+  command.add_flag("-q,--quiet", o.quiet, "Print the path of the table, warnings and errors only");
+  command.add_flag("--dry-run", o.dry_run, "Print what would be measured and stop");
+  return command;
+}
+
 /// What a study of these options measures: a line each, for --dry-run.
 std::string plan_text(const std::string& study, const Options& o) {
   const bool generated = o.study.scene_files.empty();
@@ -171,7 +213,7 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
       "voxel", "Voxel engine beside the surface engine: time, error and memory over voxel sizes");
   add_common(*voxel, o);
   sarnerf::bench::ExtractionOptions extraction_options;
-  const CLI::App& extraction = sarnerf::bench::add_extraction_command(app, extraction_options);
+  const CLI::App& extraction = add_extraction_command(app, extraction_options);
   app.add_subcommand("learning", "Held-out PSNR against seconds, each field and plain LibTorch (sar_nerf_bench)");
   if (argc > 1 && std::string(argv[1]) == "learning") sarnerf::bench::become_learning_bench(argc, argv);
   try {

@@ -27,117 +27,107 @@ constexpr const char* kExamples =
 
 constexpr int kMostVoxels = 8192;
 
-struct Texts {
-  std::string model, output, resolution = "256", extent = "20", centre = "auto", threshold = "auto";
-  std::string ground_height = "auto", mesh, preview, truth, units = "m", scale = "1", up = "y", images = "auto";
-  bool solid = false, shell = false, overwrite = false, explain = false, dry_run = false;
-};
-
-void add_options(CommandLine& command, Texts& t) {
-  CLI::App& p = command.parser();
-  const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
-    return command.add_text_option(name, text, type, help);
-  };
-  p.add_option("MODEL", t.model, "model.pt, or the folder of a run")->type_name("FILE")->required();
-  p.add_option("OUT", t.output, "Volume to write; default: the run's name with .vdb")->type_name("FILE");
-
-  command.begin_group("Volume");
-  add("--resolution", t.resolution, "N|native",
-      "Voxels along a side of the extent; native: the learned lattice, all of it");
-  add("--extent", t.extent, "M", "Side of the cube that is extracted");
-  add("--centre", t.centre, "X,Y,Z|auto", "Of the cube (m); auto: over the aim point, where matter is, near its bottom if it is higher");
-
-  command.begin_group("Body (occupancy, mesh and scores; extinction and brightness stay as they were learned)");
-  command.add_flag("--solid", t.solid, "Surfaces that the training views see, and all behind them (default)");
-  command.add_flag("--shell", t.shell, "Matter denser than the threshold, where it is");
-  add("--threshold", t.threshold, "X|auto",
-      "One-way extinction (1/m) of matter; auto: Otsu's for --shell, all matter for --solid");
-  add("--ground-height", t.ground_height, "M|auto", "Where the body ends below; auto: at the model's level ground, else where returns end");
-
-  command.begin_group("Output");
-  add("--mesh", t.mesh, "FILE", "Surface as .ply or .obj");
-  add("--preview", t.preview, "FILE", "Picture of it (.png)");
-  command.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same");
-  command.add_flag("--explain", t.explain, "Print the plan before the work, and the volume's grids after it");
-  command.add_flag("--dry-run", t.dry_run, "Print the plan and stop; writes nothing");
-
-  command.begin_group("Score");
-  add("--truth", t.truth, "SCENE", "Mesh or scene to compare with: OBJ, PLY, STL, OFF, .json");
-  add("--truth-units", t.units, "UNIT", "Of the truth: m, cm, mm, km, ft, in, or metres as a number");
-  add("--truth-scale", t.scale, "FACTOR", "Extra factor on the truth's coordinates");
-  add("--truth-up", t.up, "y|z", "Axis that points up in the truth")->check(one_of({"y", "z"}));
-  add("--images", t.images, "FOLDER|auto|none",
-      "Training images, for the carving baseline; auto: where the model says");
-
-  command.add_shared_options();
-  p.footer(kExamples);
-}
-
 std::string lower_ending(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return ending;
 }
 
-void require_ending(const char* what, const std::filesystem::path& path, const std::string& ending) {
-  if (lower_ending(path) != ending)
-    throw UsageError(std::string(what) + ": expected a file that ends in " + ending + ", found " + path.string());
+Kind<std::filesystem::path> file_of(const std::string& ending) {
+  Kind<std::filesystem::path> kind = path("FILE");
+  kind.read = [ending](const std::string& option, const std::string& text) {
+    if (lower_ending(text) != ending)
+      throw UsageError(option + ": expected a file that ends in " + ending + ", found " + text);
+    return text;
+  };
+  return kind;
 }
 
-ExtractOptions extract_options(const Texts& t) {
-  ExtractOptions e;
-  e.resolution = t.resolution == "native"
-                     ? 0
-                     : static_cast<int>(parse_whole("--resolution", t.resolution, 2, kMostVoxels));
-  e.extent_m = parse_positive("--extent", t.extent);
-  if (t.centre != "auto") e.centre_m = parse_vector("--centre", t.centre);
-  if (t.solid && t.shell) throw UsageError("--solid and --shell are different bodies; give one of them");
-  e.body = t.shell ? Body::shell : Body::solid;
-  if (t.threshold != "auto") e.threshold_per_m = parse_positive("--threshold", t.threshold);
-  if (t.ground_height != "auto") e.ground_height_m = parse_number("--ground-height", t.ground_height);
-  return e;
+std::filesystem::path mesh_file(const std::filesystem::path& file) {
+  require_mesh_ending(file);
+  return file;
 }
 
-Options resolve(const Texts& t, const CommandLine& command) {
-  Options o;
-  o.shared = command.shared_options();
-  o.model = without_slash(t.model);
-  o.extract = extract_options(t);
-  if (o.extract.resolution == 0) {
-    auto& parser = const_cast<CommandLine&>(command).parser();
-    for (const char* name : {"--extent", "--centre"})
-      if (parser.get_option(name)->count() > 0)
-        throw UsageError(std::string("--resolution native takes all that was learned; leave out ") + name);
+std::filesystem::path truth_file(const std::filesystem::path& file) {
+  require_scene_file(file);
+  if (lower_ending(file) == ".vdb") throw UsageError("--truth: expected a mesh or a scene of meshes, found a volume");
+  return file;
+}
+
+void refuse_extent_of_native(const CommandLine& command) {
+  for (const char* name : {"--extent", "--centre"})
+    if (command.given(name))
+      throw UsageError(std::string("--resolution native takes all that was learned; leave out ") + name);
+}
+
+/// The two flags that name the body.
+struct BodyFlags {
+  bool solid = false, shell = false;
+
+  Body body() const {
+    if (solid && shell) throw UsageError("--solid and --shell are different bodies; give one of them");
+    return shell ? Body::shell : Body::solid;
   }
-  o.output = t.output.empty() ? model_name(o.model) + ".vdb" : t.output;
-  require_ending("OUT", o.output, ".vdb");
-  o.mesh = t.mesh;
-  if (!o.mesh.empty()) require_mesh_ending(o.mesh);
-  o.preview = t.preview;
-  if (!o.preview.empty()) require_ending("--preview", o.preview, ".png");
-  o.truth = t.truth;
-  if (!o.truth.empty()) {
-    require_scene_file(o.truth);
-    if (lower_ending(o.truth) == ".vdb") throw UsageError("--truth: expected a mesh or a scene of meshes, found a volume");
-  }
-  o.truth_options.units_m = parse_units_m("--truth-units", t.units);
-  o.truth_options.scale = parse_positive("--truth-scale", t.scale);
-  o.truth_options.up = t.up == "z" ? UpAxis::z : UpAxis::y;
-  o.images = dataset_folder(t.images).string();
-  o.overwrite = t.overwrite;
-  o.explain = t.explain;
-  o.dry_run = t.dry_run;
-  return o;
+};
+
+void add_options(CommandLine& command, Options& o, BodyFlags& flags) {
+  command.then([&] { o.shared = command.shared_options(); });
+  command.add("MODEL", o.model, made_by("FILE", without_slash), "model.pt, or the folder of a run");
+  command.require("MODEL");
+  command.add("OUT", o.output, file_of(".vdb"), "Volume to write; default: the run's name with .vdb");
+
+  command.begin_group("Volume");
+  command.add("--resolution", o.extract.resolution, whole("N", 2, kMostVoxels).or_word("native", 0),
+              "Voxels along a side of the extent; native: the learned lattice, all of it");
+  command.add("--extent", o.extract.extent_m, positive("M"), "Side of the cube that is extracted");
+  command.add("--centre", o.extract.centre_m, point_m().or_word("auto"),
+              "Of the cube (m); auto: over the aim point, where matter is, near its bottom if it is higher");
+
+  command.begin_group("Body (occupancy, mesh and scores; extinction and brightness stay as they were learned)");
+  command.add_flag("--solid", flags.solid, "Surfaces that the training views see, and all behind them (default)");
+  command.add_flag("--shell", flags.shell, "Matter denser than the threshold, where it is");
+  command.then([&] { o.extract.body = flags.body(); });
+  command.add("--threshold", o.extract.threshold_per_m, positive("X").or_word("auto"),
+              "One-way extinction (1/m) of matter; auto: Otsu's for --shell, all matter for --solid");
+  command.add("--ground-height", o.extract.ground_height_m, number("M").or_word("auto"),
+              "Where the body ends below; auto: at the model's level ground, else where returns end");
+  command.then([&] {
+    if (o.extract.resolution == 0) refuse_extent_of_native(command);
+  });
+  command.read_later({"OUT"});
+
+  command.begin_group("Output");
+  command.add("--mesh", o.mesh, made_by("FILE", mesh_file), "Surface as .ply or .obj");
+  command.add("--preview", o.preview, file_of(".png"), "Picture of it (.png)");
+  command.add_flag("--overwrite", o.overwrite, "Replace output of a different recipe, or repeat the same");
+  command.add_flag("--explain", o.explain, "Print the plan before the work, and the volume's grids after it");
+  command.add_flag("--dry-run", o.dry_run, "Print the plan and stop; writes nothing");
+
+  command.begin_group("Score");
+  command.add("--truth", o.truth, made_by("SCENE", truth_file), "Mesh or scene to compare with: OBJ, PLY, STL, OFF, .json");
+  command.add("--truth-units", o.truth_options.units_m, units_m(),
+              "Of the truth: m, cm, mm, km, ft, in, or metres as a number");
+  command.add("--truth-scale", o.truth_options.scale, positive("FACTOR"), "Extra factor on the truth's coordinates");
+  command.add("--truth-up", o.truth_options.up, one_of<UpAxis>({{"y", UpAxis::y}, {"z", UpAxis::z}}),
+              "Axis that points up in the truth");
+  command.add("--images", o.images, made_by("FOLDER|auto|none", dataset_folder, "auto"),
+              "Training images, for the carving baseline; auto: where the model says");
+
+  command.add_shared_options();
+  command.then([&] {
+    if (o.output.empty()) o.output = model_name(o.model) + ".vdb";
+  });
 }
 
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv) {
-  CommandLine command("sar_extract", kDescription);
-  Texts texts;
-  add_options(command, texts);
+  CommandLine command("sar_extract", kDescription, kExamples);
+  Options options;
+  BodyFlags flags;
+  add_options(command, options, flags);
   if (!command.parse(argc, argv)) return std::nullopt;
-  return resolve(texts, command);
+  return options;
 }
 
 }  // namespace sarnerf::app

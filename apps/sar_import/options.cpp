@@ -6,6 +6,7 @@
 
 #include "command_line.h"
 #include "console.h"
+#include "output_lock.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/error.h"
 #include "values.h"
@@ -40,13 +41,6 @@ constexpr const char* kExitCodes =
 
 constexpr std::array kCommands{Command::mstar, Command::sample, Command::images, Command::phoenix};
 
-struct Texts {
-  std::vector<std::string> inputs;
-  std::string output, class_name, depression, every = "none", crop = "none", slant_range = "4500";
-  std::string table, spacing, scale = "1", quantity = "amplitude", orientation = "chip";
-  bool overwrite = false, explain = false, dry_run = false;
-};
-
 const char* description(Command command) {
   switch (command) {
     case Command::mstar:
@@ -68,102 +62,96 @@ const char* description(Command command) {
   return "";
 }
 
-void add_input(CommandLine& command, Command what, Texts& t) {
-  const bool many = what == Command::mstar || what == Command::sample;
-  const char* const name = many ? "PATHS" : what == Command::images ? "FOLDER" : "DATASET";
-  const char* const help = many ? "Files, or folders with such files at any depth"
-                           : what == Command::images ? "Folder with images at any depth"
-                                                     : "Folder with dataset.json";
-  CLI::Option* option = command.parser().add_option(name, t.inputs, help)->required();
-  option->type_name(many ? "PATH" : "FOLDER")->expected(1, many ? 1'000'000 : 1);
-}
-
-void add_options(CommandLine& command, Command what, Texts& t) {
-  const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
-    return command.add_text_option(name, text, type, help);
+/// The factor on codes: a number, or the quotient of two.
+Kind<double> code_scale() {
+  Kind<double> kind = positive("X|X/Y");
+  kind.read = [](const std::string& option, const std::string& text) {
+    const std::size_t slash = text.find('/');
+    if (slash == std::string::npos) return parse_positive(option, text);
+    return parse_positive(option, text.substr(0, slash)) / parse_positive(option, text.substr(slash + 1));
   };
-  add_input(command, what, t);
-  if (what == Command::images) {
-    command.begin_group("Images");
-    add("--csv", t.table, "FILE", "Table of the images; only those below FOLDER are taken");
-    add("--spacing", t.spacing, "A[,R]",
-        "Pixel spacing (m), azimuth and slant range, where the table has none");
-    add("--amplitude-scale", t.scale, "X|X/Y", "Value of one code of the files, such as 4/65535");
-    add("--quantity", t.quantity, "NAME", "What the files hold: amplitude or power")
-        ->check(one_of({"amplitude", "power"}));
-    add("--orientation", t.orientation, "chip|radar",
-        "chip: rows from far to near range, radar below; radar: rows azimuth, columns range")
-        ->check(one_of({"chip", "radar"}));
+  return kind;
+}
+
+/// As angles_deg(), without those that no view can have.
+Kind<std::vector<double>> depressions_deg() {
+  Kind<std::vector<double>> kind = angles_deg();
+  kind.read = [](const std::string& option, const std::string& text) {
+    (void)incidences_deg("", text);
+    return parse_angles_deg(option, text);
+  };
+  return kind;
+}
+
+void add_inputs(CommandLine& command, Options& o) {
+  if (o.command == Command::mstar || o.command == Command::sample) {
+    command.add_list("PATHS", o.inputs, made_by("PATH", without_slash), "Files, or folders with such files at any depth",
+                     {.most = 1'000'000});
+    command.require("PATHS");
+    return;
   }
-  if (what != Command::phoenix) {
-    command.begin_group("Which images");
-    add("--class", t.class_name, "NAME",
-        "Only this class; or, where no class is known, that it is this one");
-    add("--depression", t.depression, "DEG",
-        "Only these nominal depressions (17 or 15,17); or, where none is known, that it is this "
-        "one");
-    add("--every", t.every, "DEG|none", "Only the images nearest to azimuths 0, DEG, 2 DEG ...");
-    add("--crop", t.crop, "AxR|none", "Keep the middle, azimuth x range pixels");
-    add("--slant-range", t.slant_range, "M",
-        "Radar to target where no file says it; recorded as assumed");
+  o.inputs.resize(1);
+  const bool pictures = o.command == Command::images;
+  const char* const name = pictures ? "FOLDER" : "DATASET";
+  command.add(name, o.inputs.front(), made_by("FOLDER", without_slash),
+              pictures ? "Folder with images at any depth" : "Folder with dataset.json");
+  command.require(name);
+}
+
+void add_image_options(CommandLine& command, Options& o) {
+  command.begin_group("Images");
+  command.add("--csv", o.table, path("FILE"), "Table of the images; only those below FOLDER are taken");
+  command.add("--spacing", o.spacing_m, spacing_m(), "Pixel spacing (m), azimuth and slant range, where the table has none");
+  command.add("--amplitude-scale", o.scale, code_scale(), "Value of one code of the files, such as 4/65535");
+  command.add("--quantity", o.quantity,
+              one_of<Quantity>({{"amplitude", Quantity::amplitude}, {"power", Quantity::power}}, "NAME"),
+              "What the files hold: amplitude or power");
+  command.add("--orientation", o.orientation,
+              one_of<Orientation>({{"chip", Orientation::chip}, {"radar", Orientation::radar}}),
+              "chip: rows from far to near range, radar below; radar: rows azimuth, columns range");
+}
+
+void add_selection_options(CommandLine& command, Options& o) {
+  command.begin_group("Which images");
+  command.add("--class", o.selection.class_name, text("NAME"),
+              "Only this class; or, where no class is known, that it is this one");
+  command.add("--depression", o.selection.depression_deg, depressions_deg(),
+              "Only these nominal depressions (17 or 15,17); or, where none is known, that it is this "
+              "one");
+  command.add("--every", o.selection.every_deg, between("DEG", 0.01, 180.0).or_word("none"),
+              "Only the images nearest to azimuths 0, DEG, 2 DEG ...");
+  command.add("--crop", o.selection.crop, image_size().or_word("none"), "Keep the middle, azimuth x range pixels");
+  command.add("--slant-range", o.slant_range_m, between("M", kNearestRadar_m, kFarthestRadar_m),
+              "Radar to target where no file says it; recorded as assumed");
+}
+
+void resolve_output(Options& o) {
+  if (o.output.empty()) {
+    std::error_code ignored;
+    const auto first = std::filesystem::weakly_canonical(o.inputs.front(), ignored);
+    o.output = first.stem().string() + (o.command == Command::phoenix ? "_phoenix" : "_dataset");
   }
+  o.output = without_slash(o.output);
+}
+
+void add_options(CommandLine& command, Options& o) {
+  command.then([&] { o.shared = command.shared_options(); });
+  add_inputs(command, o);
+  if (o.command == Command::images) add_image_options(command, o);
+  if (o.command != Command::phoenix) add_selection_options(command, o);
+  command.read_later({"--spacing", "--amplitude-scale"});
   command.begin_group("Output");
-  add("-o,--output", t.output, "FOLDER",
-      what == Command::phoenix ? "Folder of the chips; default DATASET_phoenix"
-                               : "Dataset folder; default NAME_dataset");
-  command.add_flag("--overwrite", t.overwrite,
-                   "Replace output of a different recipe, or repeat the same");
-  command.add_flag("--explain", t.explain, "Print the plan before the work");
-  command.add_flag("--dry-run", t.dry_run, "Print the plan and stop");
+  command.add("-o,--output", o.output, path("FOLDER"),
+              o.command == Command::phoenix ? "Folder of the chips; default DATASET_phoenix"
+                                            : "Dataset folder; default NAME_dataset");
+  command.add_flag("--overwrite", o.overwrite, "Replace output of a different recipe, or repeat the same");
+  command.add_flag("--explain", o.explain, "Print the plan before the work");
+  command.add_flag("--dry-run", o.dry_run, "Print the plan and stop");
+  command.then([&] {
+    o.explain = o.explain || o.dry_run;
+    resolve_output(o);
+  });
   command.add_shared_options();
-  command.parser().footer(kExitCodes);
-}
-
-double parse_scale(const std::string& text) {
-  const std::size_t slash = text.find('/');
-  if (slash == std::string::npos) return parse_positive("--amplitude-scale", text);
-  return parse_positive("--amplitude-scale", text.substr(0, slash)) /
-         parse_positive("--amplitude-scale", text.substr(slash + 1));
-}
-
-Selection resolve_selection(const Texts& t) {
-  Selection s;
-  s.class_name = t.class_name;
-  if (!t.depression.empty()) {
-    (void)incidences_deg("", t.depression);  // refuses angles that no view can have
-    s.depression_deg = parse_angles_deg("--depression", t.depression);
-  }
-  if (t.every != "none") s.every_deg = parse_between("--every", t.every, 0.01, 180.0);
-  if (t.crop != "none") s.crop = parse_image_size("--crop", t.crop);
-  return s;
-}
-
-Options resolve(const Texts& t, Command command, const CommandLine& line) {
-  Options o;
-  o.shared = line.shared_options();
-  o.command = command;
-  for (const std::string& input : t.inputs) {
-    const std::filesystem::path path = input;
-    o.inputs.push_back(path.has_filename() ? path : path.parent_path());
-  }
-  o.selection = resolve_selection(t);
-  o.slant_range_m =
-      parse_between("--slant-range", t.slant_range, kNearestRadar_m, kFarthestRadar_m);
-  o.table = t.table;
-  if (!t.spacing.empty()) o.spacing_m = parse_spacing_m("--spacing", t.spacing);
-  o.scale = parse_scale(t.scale);
-  o.quantity = quantity_from_name(t.quantity);
-  o.orientation = t.orientation == "radar" ? Orientation::radar : Orientation::chip;
-  std::error_code ignored;
-  const auto first = std::filesystem::weakly_canonical(o.inputs.front(), ignored);
-  o.output = t.output.empty()
-                 ? first.stem().string() + (command == Command::phoenix ? "_phoenix" : "_dataset")
-                 : t.output;
-  if (!o.output.has_filename()) o.output = o.output.parent_path();
-  o.overwrite = t.overwrite;
-  o.explain = t.explain || t.dry_run;
-  o.dry_run = t.dry_run;
-  return o;
 }
 
 [[noreturn]] void refuse_command(const std::string& text) {
@@ -201,11 +189,12 @@ std::optional<Options> parse_options(int argc, char** argv) {
   }
   for (const Command command : kCommands) {
     if (first != name(command)) continue;
-    CommandLine line(std::string(kProgram) + " " + std::string(first), description(command));
-    Texts texts;
-    add_options(line, command, texts);
+    CommandLine line(std::string(kProgram) + " " + std::string(first), description(command), kExitCodes);
+    Options options;
+    options.command = command;
+    add_options(line, options);
     if (!line.parse(argc - 1, argv + 1)) return std::nullopt;
-    return resolve(texts, command, line);
+    return options;
   }
   refuse_command(std::string(first));
 }

@@ -91,64 +91,39 @@ Contest contest_of(const std::string& fields, const std::vector<std::string>& ti
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv) {
-  app::CommandLine command("sar_nerf_bench", kDescription);
-  std::string training, against, fields = "grid,mlp,plain", seeds = "1", views = "16", output;
-  std::vector<std::string> times;
-  bool quick = false, overwrite = false, dry_run = false;
-
-  CLI::App& p = command.parser();
-  p.add_option("TRAINING", training, "Folder with dataset.json whose views are learned from")
-      ->type_name("FOLDER")
-      ->required();
-  const char* group = "Study";
-  p.add_option("--against", against,
-               "Dataset of the same scene whose views are predicted; those trained on are left out")
-      ->type_name("FOLDER")
-      ->required()
-      ->group(group);
-  p.add_option("--fields", fields, "Who takes part")
-      ->type_name("LIST")
-      ->capture_default_str()
-      ->group(group);
-  p.add_option("--time", times,
-               "Planned times of the runs, of all fields or of one (10s,1m or mlp=1m,10m); may be "
-               "repeated, later ones win. Default grid=2s,5s,10s,30s mlp=20s,1m,5m plain=10m")
-      ->type_name("[FIELD=]LIST")
-      ->allow_extra_args(false)
-      ->group(group);
-  p.add_option("--seeds", seeds, "Runs of each time, seeds 1 to N")
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(group);
-  p.add_option("--views", views, "Views of --against that all are scored on, spread over them")
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(group);
-  p.add_flag("--quick", quick, "Default times of grid=2s,5s mlp=15s plain=30s")->group(group);
-  group = "Output";
-  p.add_option("-o,--output", output, "Folder; default TRAINING_learning")
-      ->type_name("FOLDER")
-      ->configurable(false)
-      ->group(group);
-  p.add_flag("--overwrite", overwrite, "Replace the study that is there")
-      ->configurable(false)
-      ->group(group);
-  p.add_flag("--dry-run", dry_run, "Print the runs and stop")->configurable(false)->group(group);
-  command.add_shared_options();
-  p.footer(kFooter);
-  if (!command.parse(argc, argv)) return std::nullopt;
-
+  using namespace app;
+  CommandLine command("sar_nerf_bench", kDescription, kFooter);
   Options o;
-  o.training = app::dataset_folder(training);
-  o.against = app::dataset_folder(against);
-  o.contest = contest_of(fields, times, quick);
-  o.n_seeds = static_cast<int>(app::parse_whole("--seeds", seeds, 1, 1000));
-  o.n_views = static_cast<std::size_t>(app::parse_whole("--views", views, 1, 1'000'000));
-  o.output = app::without_slash(output);
-  if (o.output.empty()) o.output = app::full_path(o.training).filename().string() + "_learning";
-  o.overwrite = overwrite;
-  o.dry_run = dry_run;
-  o.shared = command.shared_options();
+  std::string fields = "grid,mlp,plain";
+  std::vector<std::string> times;
+  bool quick = false;
+  command.add("TRAINING", o.training, made_by("FOLDER", dataset_folder),
+              "Folder with dataset.json whose views are learned from");
+  command.require("TRAINING");
+
+  command.begin_group("Study");
+  command.add("--against", o.against, made_by("FOLDER", dataset_folder),
+              "Dataset of the same scene whose views are predicted; those trained on are left out");
+  command.require("--against");
+  command.add("--fields", fields, text("LIST"), "Who takes part");
+  command.add_list("--time", times, text("[FIELD=]LIST"),
+                   "Planned times of the runs, of all fields or of one (10s,1m or mlp=1m,10m); may be "
+                   "repeated, later ones win. Default grid=2s,5s,10s,30s mlp=20s,1m,5m plain=10m",
+                   {.one_at_a_time = true});
+  command.then([&] { o.contest = contest_of(fields, times, quick); });
+  command.add("--seeds", o.n_seeds, whole("N", 1, 1000), "Runs of each time, seeds 1 to N");
+  command.add("--views", o.n_views, whole("N", 1, 1'000'000),
+              "Views of --against that all are scored on, spread over them");
+  command.add_flag("--quick", quick, "Default times of grid=2s,5s mlp=15s plain=30s");
+
+  command.begin_group("Output", /*in_files=*/false);
+  command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder; default TRAINING_learning");
+  command.add_flag("--overwrite", o.overwrite, "Replace the study that is there");
+  command.add_flag("--dry-run", o.dry_run, "Print the runs and stop");
+  command.add_shared_options();
+  command.then([&] { o.shared = command.shared_options(); });
+  if (!command.parse(argc, argv)) return std::nullopt;
+  if (o.output.empty()) o.output = full_path(o.training).filename().string() + "_learning";
   return o;
 }
 

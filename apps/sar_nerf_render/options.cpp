@@ -26,119 +26,87 @@ constexpr const char* kExamples =
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 not finite, 130 "
     "interrupted.";
 
-struct Texts {
-  std::string model, pitch, depression, azimuth = "0", altitude, slant_range, look = "auto";
-  std::string size = "auto", spacing = "auto", quantity = "auto", resolution = "auto", window;
-  std::string against, training, lpips, despeckle = "off", output;
-  bool overwrite = false, explain = false, dry_run = false;
-};
+/// What --against takes from the dataset.
+const std::vector<std::string> kViewOptions{"--pitch", "--depression", "--azimuth", "--altitude", "--slant-range", "--look",
+                                            "--size", "--spacing", "--quantity", "--resolution", "--window"};
 
-void add_options(CommandLine& command, Texts& t) {
-  CLI::App& p = command.parser();
-  const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
-    return command.add_text_option(name, text, type, help);
-  };
-  p.add_option("MODEL", t.model, "model.pt, or the folder of a run")->type_name("FILE")->required();
+void refuse_views_beside_against(const CommandLine& command) {
+  for (const std::string& name : kViewOptions)
+    if (command.given(name)) throw UsageError("--against takes its views from the dataset; leave out " + name);
+}
+
+void refuse_comparison_alone(const Options& o) {
+  for (const auto& [given, name] : {std::pair(!o.training.empty(), "--training"), std::pair(!o.lpips.empty(), "--lpips"),
+                                    std::pair(o.despeckle_deg > 0.0, "--despeckle")}) {
+    if (given) throw UsageError(std::string(name) + " is of use with --against only; leave it out");
+  }
+}
+
+void add_options(CommandLine& command, Options& o) {
+  command.then([&] {
+    o.shared = command.shared_options();
+    if (command.given("--against")) refuse_views_beside_against(command);
+  });
+  command.add("MODEL", o.model, made_by("FILE", without_slash), "model.pt, or the folder of a run");
+  command.require("MODEL");
 
   command.begin_group("Views (angles: 45, a list 15,17 or a range 0:350:10 with its end, if a step meets it)");
-  add("--pitch", t.pitch, "DEG",
-      "Incidence at the aim point, from the vertical; default: the training views'");
-  add("--depression", t.depression, "DEG", "The same from the horizontal: 90 - pitch");
-  add("--azimuth", t.azimuth, "DEG", "Where the radar stands");
-  add("--altitude", t.altitude, "M", "Radar above the aim point");
-  add("--slant-range", t.slant_range, "M", "Radar to aim point; default: the training views'");
-  add("--look", t.look, "right|left|auto",
-      "Side to which the radar looks; auto: the training views'")
-      ->check(one_of({"right", "left", "auto"}));
+  command.add("--pitch", o.incidence_deg, incidences_deg(command),
+              "Incidence at the aim point, from the vertical; default: the training views'");
+  command.add("--depression", o.incidence_deg, incidences_deg(command), "The same from the horizontal: 90 - pitch");
+  command.add("--azimuth", o.azimuth_deg, angles_deg(), "Where the radar stands");
+  command.add("--altitude", o.altitude_m, radar_distance_m(command), "Radar above the aim point");
+  command.add("--slant-range", o.slant_range_m, radar_distance_m(command),
+              "Radar to aim point; default: the training views'");
+  command.add("--look", o.look,
+              one_of<std::optional<Look>>({{"right", Look::right}, {"left", Look::left}, {"auto", std::nullopt}}),
+              "Side to which the radar looks; auto: the training views'");
 
   command.begin_group("Image (auto: as the training images)");
-  add("--size", t.size, "AxR|auto", "Pixels, azimuth x range (64: 64x64)");
-  add("--spacing", t.spacing, "A[,R]|auto", "Pixel spacing (m), azimuth and slant range");
-  add("--quantity", t.quantity, "NAME", "power, amplitude or auto")
-      ->check(one_of({"power", "amplitude", "auto"}));
-  add("--resolution", t.resolution, "A[,R]|auto|none",
-      "-3 dB widths (m) of the impulse response that views have; auto: the training images'; none: the scene itself, sharp");
-  add("--window", t.window, "NAME", "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
+  command.add("--size", o.size, image_size().or_word("auto"), "Pixels, azimuth x range (64: 64x64)");
+  command.add("--spacing", o.spacing_m, spacing_m().or_word("auto"), "Pixel spacing (m), azimuth and slant range");
+  command.add("--quantity", o.quantity,
+              one_of<std::optional<Quantity>>(
+                  {{"power", Quantity::power}, {"amplitude", Quantity::amplitude}, {"auto", std::nullopt}}, "NAME"),
+              "power, amplitude or auto");
+  command.add("--resolution", o.resolution, resolution_choice(),
+              "-3 dB widths (m) of the impulse response that views have; auto: the training images'; none: the scene "
+              "itself, sharp");
+  command.add("--window", o.resolution, window_of(o.resolution),
+              "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
 
   command.begin_group("Comparison");
-  add("--against", t.against, "FOLDER",
-      "Predict this dataset's views and print their scores; those trained on are left out");
-  add("--training", t.training, "FOLDER",
-      "Dataset of the training, for the baselines; default: where the model says");
-  add("--lpips", t.lpips, "FILE", "Weights of LPIPS (.safetensors, docs/lpips.md)");
-  add("--despeckle", t.despeckle, "DEG|off",
-      "Compare with averages of unseen views within so many degrees of azimuth, too (docs/metrics.md)");
+  command.add("--against", o.against, made_by("FOLDER", dataset_folder),
+              "Predict this dataset's views and print their scores; those trained on are left out");
+  command.add("--training", o.training, made_by("FOLDER", dataset_folder),
+              "Dataset of the training, for the baselines; default: where the model says");
+  command.add("--lpips", o.lpips, path("FILE"), "Weights of LPIPS (.safetensors, docs/lpips.md)");
+  command.add("--despeckle", o.despeckle_deg, despeckle_degrees(),
+              "Compare with averages of unseen views within so many degrees of azimuth, too (docs/metrics.md)");
+  command.then([&] {
+    if (o.against.empty()) refuse_comparison_alone(o);
+  });
+  command.read_later(kViewOptions);
 
   command.begin_group("Output");
-  add("-o,--output", t.output, "NAME",
-      "File name without ending, or folder; default RUN_view, RUN_views");
-  command.add_flag("--overwrite", t.overwrite, "Replace output of a different recipe, or repeat the same");
-  command.add_flag("--explain", t.explain, "Print the plan before the work");
-  command.add_flag("--dry-run", t.dry_run, "Print the plan and stop: nothing is written");
+  command.add("-o,--output", o.output, text("NAME"), "File name without ending, or folder; default RUN_view, RUN_views");
+  command.add_flag("--overwrite", o.overwrite, "Replace output of a different recipe, or repeat the same");
+  command.add_flag("--explain", o.explain, "Print the plan before the work");
+  command.add_flag("--dry-run", o.dry_run, "Print the plan and stop: nothing is written");
 
   command.same_meaning({"pitch", "depression"});
   command.same_meaning({"altitude", "slant-range"});
   command.add_shared_options();
-  p.footer(kExamples);
-}
-
-/// A comparison takes its views from the dataset.
-void refuse_views_beside_against(const CommandLine& command) {
-  auto& parser = const_cast<CommandLine&>(command).parser();
-  for (const char* name : {"--pitch", "--depression", "--azimuth", "--altitude", "--slant-range",
-                           "--look", "--size", "--spacing", "--quantity", "--resolution", "--window"}) {
-    if (parser.get_option(name)->count() > 0)
-      throw UsageError(std::string("--against takes its views from the dataset; leave out ") +
-                       name);
-  }
-}
-
-Options resolve(const Texts& t, const CommandLine& command) {
-  Options o;
-  o.shared = command.shared_options();
-  o.model = without_slash(t.model);
-  o.against = dataset_folder(t.against);
-  o.training = dataset_folder(t.training);
-  o.lpips = t.lpips;
-  if (!o.against.empty()) refuse_views_beside_against(command);
-  o.despeckle_deg = parse_despeckle_deg(t.despeckle);
-  if (o.against.empty()) {
-    for (const auto& [given, name] : {std::pair(!o.training.empty(), "--training"),
-                                      std::pair(!o.lpips.empty(), "--lpips"),
-                                      std::pair(o.despeckle_deg > 0.0, "--despeckle")}) {
-      if (given)
-        throw UsageError(std::string(name) + " is of use with --against only; leave it out");
-    }
-  }
-  o.incidence_deg = incidences_deg(t.pitch, t.depression);
-  o.azimuth_deg = parse_angles_deg("--azimuth", t.azimuth);
-  if (!t.altitude.empty() && !t.slant_range.empty())
-    throw UsageError("--altitude and --slant-range both place the radar; give one of them");
-  if (!t.altitude.empty())
-    o.altitude_m = parse_between("--altitude", t.altitude, kNearestRadar_m, kFarthestRadar_m);
-  if (!t.slant_range.empty())
-    o.slant_range_m =
-        parse_between("--slant-range", t.slant_range, kNearestRadar_m, kFarthestRadar_m);
-  if (t.look != "auto") o.look = t.look == "left" ? Look::left : Look::right;
-  if (t.size != "auto") o.size = parse_image_size("--size", t.size);
-  if (t.spacing != "auto") o.spacing_m = parse_spacing_m("--spacing", t.spacing);
-  if (t.quantity != "auto") o.quantity = quantity_from_name(t.quantity);
-  o.resolution = parse_resolution(t.resolution, t.window);
-  o.output = t.output;
-  o.overwrite = t.overwrite;
-  o.explain = t.explain;
-  o.dry_run = t.dry_run;
-  return o;
 }
 
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv) {
-  CommandLine command("sar_nerf_render", kDescription);
-  Texts texts;
-  add_options(command, texts);
+  CommandLine command("sar_nerf_render", kDescription, kExamples);
+  Options options;
+  add_options(command, options);
   if (!command.parse(argc, argv)) return std::nullopt;
-  return resolve(texts, command);
+  return options;
 }
 
 }  // namespace sarnerf::app

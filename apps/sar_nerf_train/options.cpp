@@ -39,131 +39,103 @@ constexpr const char* kExamples =
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 training diverged, "
     "130 interrupted.";
 
-/// The texts of all options, as given.
-struct Texts {
-  std::string dataset, field = "grid", surfaces = "auto", ground_height = "auto", scene_height = "auto", steps = "auto", time;
-  std::string resolution = "auto", window, smoothness = "auto";
-  std::string holdout = "auto", patience = "off", against, lpips, despeckle = "off", seed = "1";
-  std::vector<std::string> training;
-  std::string output, resume;
-  bool overwrite = false, explain = false, dry_run = false;
-};
-
-void add_options(CommandLine& command, Texts& t) {
-  CLI::App& p = command.parser();
-  const auto add = [&](const char* name, std::string& text, const char* type, const char* help) {
-    return command.add_text_option(name, text, type, help);
+Kind<double> height_above_ground() {
+  Kind<double> kind = number("M");
+  kind.read = [](const std::string& option, const std::string& text) {
+    const double height_m = parse_number(option, text);
+    if (!(height_m > 0.0)) throw UsageError(option + ": " + text + " is not above 0 metres");
+    return height_m;
   };
-  p.add_option("DATASET", t.dataset, "Folder with dataset.json, as sar_render makes it, or that file")
-      ->type_name("FOLDER")
-      ->required();
+  return kind;
+}
+
+Kind<Smoothness> smoothness_of(const std::string& field) {
+  return made_by("FACTOR|auto|validated", [&field](const std::string& text) -> Smoothness {
+    if (text == "auto") return {};
+    if (field != "grid") throw UsageError("--smoothness is that of the field grid; leave it out");
+    if (text == "validated") return {.validated = true};
+    return {.factor = parse_between("--smoothness", text, 0.0, 1e6)};
+  }, "auto");
+}
+
+void refuse_two_ends(const CommandLine& command, const Options& o) {
+  if (!command.given("--time")) return;
+  if (o.smoothness.validated)
+    throw UsageError("--smoothness validated trains several times, each by steps; give --steps instead of --time");
+  if (command.given("--steps")) throw UsageError("--steps and --time both say when training ends; give one of them");
+}
+
+void resolve_run(const CommandLine& command, Options& o) {
+  o.resume = command.given("--resume");
+  if (o.resume && command.given("--output"))
+    throw UsageError("--resume writes into the run that it continues; leave out -o");
+  if (o.resume && o.overwrite)
+    throw UsageError("--resume continues a run and --overwrite discards it; give one of them");
+  if (o.run.empty()) o.run = full_path(o.dataset).filename().string() + "_run";
+}
+
+void add_options(CommandLine& command, Options& o) {
+  command.then([&] { o.shared = command.shared_options(); });
+  command.add("DATASET", o.dataset, made_by("FOLDER", dataset_folder),
+              "Folder with dataset.json, as sar_render makes it, or that file");
+  command.require("DATASET");
 
   command.begin_group("Training");
-  add("--field", t.field, "grid|mlp", "Sparse voxels, or the paper's network")
-      ->check(one_of({"grid", "mlp"}));
-  add("--surfaces", t.surfaces, "auto|on|off",
-      "Learn opaque matter, from which surfaces can be taken; auto: with 36 or more images of different incidences "
-      "and no background")
-      ->check(one_of({"auto", "on", "off"}));
-  add("--ground-height", t.ground_height, "M|auto",
-      "Where the ground lies, in world coordinates; auto: where speckled views agree on its texture, else the bottom of the "
-      "dataset's scene box");
-  add("--scene-height", t.scene_height, "M|auto",
-      "Greatest height of matter above a level ground; auto: under speckle a quarter of the ground's width that a view shows");
-  add("--resolution", t.resolution, "A[,R]|auto|none",
-      "-3 dB widths (m) of the images' impulse response, which becomes part of the model; auto: what dataset.json says");
-  add("--window", t.window, "NAME", "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
-  add("--smoothness", t.smoothness, "FACTOR|auto|validated",
-      "Factor over the default weights of the smoothness priors; validated: chosen by held-out views, in trainings of their own");
-  add("--steps", t.steps, "N|auto", "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
-  add("--time", t.time, "TIME",
-      "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
-  add("--seed", t.seed, "N", "Of all that is random");
-  p.add_option("--option", t.training,
-               "A training option, for experts; may be repeated (docs/training.md)")
-      ->type_name("NAME=VALUE")
-      ->delimiter(',')
-      ->group("Training");
+  command.add("--field", o.field, one_of<std::string>({{"grid", "grid"}, {"mlp", "mlp"}}),
+              "Sparse voxels, or the paper's network");
+  command.add("--surfaces", o.surfaces,
+              one_of<std::optional<bool>>({{"auto", std::nullopt}, {"on", true}, {"off", false}}),
+              "Learn opaque matter, from which surfaces can be taken; auto: with 36 or more images of different incidences "
+              "and no background");
+  command.add("--ground-height", o.heights.ground_m, number("M").or_word("auto"),
+              "Where the ground lies, in world coordinates; auto: where speckled views agree on its texture, else the bottom "
+              "of the dataset's scene box");
+  command.add("--scene-height", o.heights.above_ground_m, height_above_ground().or_word("auto"),
+              "Greatest height of matter above a level ground; auto: under speckle a quarter of the ground's width that a "
+              "view shows");
+  command.add("--resolution", o.resolution, resolution_choice(),
+              "-3 dB widths (m) of the images' impulse response, which becomes part of the model; auto: what dataset.json "
+              "says");
+  command.add("--window", o.resolution, window_of(o.resolution),
+              "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
+  command.add("--smoothness", o.smoothness, smoothness_of(o.field),
+              "Factor over the default weights of the smoothness priors; validated: chosen by held-out views, in trainings "
+              "of their own");
+  command.then([&] { refuse_two_ends(command, o); });
+  command.add("--steps", o.steps, whole("N", 1, 1'000'000'000).or_word("auto", 0),
+              "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
+  command.add("--time", o.time_s, seconds(),
+              "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
+  command.read_later({"--steps"});
+  command.add("--seed", o.seed, whole("N", 0, std::numeric_limits<std::int64_t>::max()), "Of all that is random");
+  command.add_list("--option", o.training, text("NAME=VALUE"),
+                   "A training option, for experts; may be repeated (docs/training.md)", {.separator = ','});
 
   command.begin_group("Validation");
-  add("--holdout", t.holdout, "N|PART|auto",
-      "Views kept away from training, evenly spread: a number, a part (0.1, 10%), or auto: every "
-      "12th of 48 or more");
-  add("--against", t.against, "FOLDER",
-      "Dataset whose views are predicted; those trained on are left out");
-  add("--patience", t.patience, "PART|off",
-      "End early and keep the best model when held-out views have come no closer for this part of "
-      "the training (0.2, 20%)");
-  add("--lpips", t.lpips, "FILE", "Weights of LPIPS (.safetensors, docs/lpips.md)");
-  add("--despeckle", t.despeckle, "DEG|off",
-      "Compare with averages of unseen views within so many degrees of azimuth, too (docs/metrics.md)");
+  command.add("--holdout", o.holdout, made_by("N|PART|auto", parse_holdout, "auto"),
+              "Views kept away from training, evenly spread: a number, a part (0.1, 10%), or auto: every "
+              "12th of 48 or more");
+  command.add("--against", o.against, made_by("FOLDER", dataset_folder),
+              "Dataset whose views are predicted; those trained on are left out");
+  command.add("--patience", o.patience, part("PART", 0.1, 1.0).or_word("off", 0.0),
+              "End early and keep the best model when held-out views have come no closer for this part of "
+              "the training (0.2, 20%)");
+  command.add("--lpips", o.lpips, path("FILE"), "Weights of LPIPS (.safetensors, docs/lpips.md)");
+  command.add("--despeckle", o.despeckle_deg, despeckle_degrees(),
+              "Compare with averages of unseen views within so many degrees of azimuth, too (docs/metrics.md)");
+  command.read_later({"--seed"});
 
-  command.begin_group("Output");
-  add("-o,--output", t.output, "RUN", "Run folder; default DATASET_run")->configurable(false);
-  add("--resume", t.resume, "RUN", "Continue this run; nothing but --steps or --time may be raised")
-      ->configurable(false);
-  command.add_flag("--overwrite", t.overwrite, "Replace a run of other options, or repeat the same")
-      ->configurable(false);
-  command.add_flag("--explain", t.explain,
-             "Print the plan before the work, with what is left out and why")
-      ->configurable(false);
-  command.add_flag("--dry-run", t.dry_run, "Print the plan and stop: nothing is written")->configurable(false);
+  command.begin_group("Output", /*in_files=*/false);
+  command.add("-o,--output", o.run, made_by("RUN", without_slash), "Run folder; default DATASET_run");
+  command.add("--resume", o.run, made_by("RUN", without_slash),
+              "Continue this run; nothing but --steps or --time may be raised");
+  command.add_flag("--overwrite", o.overwrite, "Replace a run of other options, or repeat the same");
+  command.add_flag("--explain", o.explain, "Print the plan before the work, with what is left out and why");
+  command.add_flag("--dry-run", o.dry_run, "Print the plan and stop: nothing is written");
+  command.then([&] { resolve_run(command, o); });
 
   command.same_meaning({"steps", "time"});
   command.add_shared_options();
-  p.footer(kExamples);
-}
-
-Smoothness parse_smoothness(const Texts& t) {
-  Smoothness smoothness;
-  if (t.smoothness == "auto") return smoothness;
-  if (t.field != "grid") throw UsageError("--smoothness is that of the field grid; leave it out");
-  smoothness.validated = t.smoothness == "validated";
-  if (!smoothness.validated) smoothness.factor = parse_between("--smoothness", t.smoothness, 0.0, 1e6);
-  if (smoothness.validated && !t.time.empty())
-    throw UsageError("--smoothness validated trains several times, each by steps; give --steps instead of --time");
-  return smoothness;
-}
-
-Options resolve(const Texts& t, const CommandLine& command, bool steps_given) {
-  Options o;
-  o.shared = command.shared_options();
-  o.dataset = dataset_folder(t.dataset);
-  o.field = t.field;
-  if (t.surfaces != "auto") o.surfaces = t.surfaces == "on";
-  if (t.ground_height != "auto") o.heights.ground_m = parse_number("--ground-height", t.ground_height);
-  if (t.scene_height != "auto") {
-    o.heights.above_ground_m = parse_number("--scene-height", t.scene_height);
-    if (!(*o.heights.above_ground_m > 0.0)) throw UsageError("--scene-height: " + t.scene_height + " is not above 0 metres");
-  }
-  o.resolution = parse_resolution(t.resolution, t.window);
-  o.smoothness = parse_smoothness(t);
-  if (!t.time.empty()) {
-    if (steps_given)
-      throw UsageError("--steps and --time both say when training ends; give one of them");
-    o.time_s = parse_seconds("--time", t.time);
-  }
-  if (t.steps != "auto") o.steps = parse_whole("--steps", t.steps, 1, 1'000'000'000);
-  o.holdout_text = t.holdout;
-  o.holdout = parse_holdout(t.holdout);
-  if (t.patience != "off") o.patience = parse_part("--patience", t.patience, 0.1, 1.0);
-  o.against = dataset_folder(t.against);
-  o.lpips = t.lpips;
-  o.despeckle_deg = parse_despeckle_deg(t.despeckle);
-  o.seed = static_cast<std::uint64_t>(
-      parse_whole("--seed", t.seed, 0, std::numeric_limits<std::int64_t>::max()));
-  o.training = t.training;
-  o.resume = !t.resume.empty();
-  if (o.resume && !t.output.empty())
-    throw UsageError("--resume writes into the run that it continues; leave out -o");
-  if (o.resume && t.overwrite)
-    throw UsageError("--resume continues a run and --overwrite discards it; give one of them");
-  o.run = without_slash(o.resume ? t.resume : t.output);
-  if (o.run.empty()) o.run = full_path(o.dataset).filename().string() + "_run";
-  o.overwrite = t.overwrite;
-  o.explain = t.explain;
-  o.dry_run = t.dry_run;
-  return o;
 }
 
 /// What stands behind an option, before the command line is read; empty where it is not given.
@@ -190,9 +162,9 @@ void require_field_of_run(const std::filesystem::path& config, const std::string
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv) {
-  CommandLine command("sar_nerf_train", kDescription);
-  Texts texts;
-  add_options(command, texts);
+  CommandLine command("sar_nerf_train", kDescription, kExamples);
+  Options options;
+  add_options(command, options);
   std::vector<std::string> arguments(argv, argv + argc);
   if (const std::string run = text_behind("--resume", argc, argv); !run.empty()) {
     for (const std::string& argument : arguments) {
@@ -213,7 +185,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   if (!command.parse(static_cast<int>(pointers.size()), pointers.data())) return std::nullopt;
-  return resolve(texts, command, command.parser().get_option("--steps")->count() > 0);
+  return options;
 }
 
 namespace {

@@ -70,7 +70,6 @@ struct Options {
   Smoothness smoothness;
   std::int64_t steps = 0;        ///< 0: as many as suit the images
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
-  std::string holdout_text = "auto";
   Holdout holdout;
   double patience = 0.0;          ///< share of the schedule; 0: training ends with it
   std::filesystem::path against;  ///< empty: no views of another dataset

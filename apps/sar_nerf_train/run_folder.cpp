@@ -100,7 +100,7 @@ std::string config_text(const Options& o, const TrainerOptions& training) {
     out << "resolution = " << quoted(r ? Json(r->azimuth_m).dump() + "," + Json(r->range_m).dump() : "none") << "\n";
     if (r) out << "window = " << quoted(text_of(r->window)) << "\n";
   }
-  out << "holdout = " << quoted(o.holdout_text) << "\n";
+  out << "holdout = " << quoted(o.holdout.text) << "\n";
   if (o.patience > 0.0) out << "patience = " << quoted(Json(o.patience).dump()) << "\n";
   if (!o.against.empty()) out << "against = " << quoted(full_path(o.against)) << "\n";
   if (!o.lpips.empty()) out << "lpips = " << quoted(full_path(o.lpips)) << "\n";

@@ -30,7 +30,7 @@ struct Options {
   std::filesystem::path scene;
 
   std::vector<double> incidence_deg;
-  std::vector<double> azimuth_deg;
+  std::vector<double> azimuth_deg{0.0};
   double altitude_m = 10000.0;
   std::optional<double> slant_range_m;  ///< instead of the altitude
   Look look = Look::right;
