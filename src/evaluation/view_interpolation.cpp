@@ -222,9 +222,7 @@ double WarpedView::value(int i, int j) const {
 }
 
 double WarpedView::at(double along_track_m, double range_offset_m) const {
-  return bilinear(image_.power,
-                  settle(along_track_m / view_.azimuth_spacing_m + 0.5 * (view_.n_azimuth - 1)),
-                  settle(range_offset_m / view_.range_spacing_m + 0.5 * (view_.n_range - 1)));
+  return bilinear(image_.power, settle(view_.row_of(along_track_m)), settle(view_.bin_of(range_offset_m)));
 }
 
 namespace {

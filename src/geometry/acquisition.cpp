@@ -86,6 +86,19 @@ std::vector<double> plane_offsets_m(const Acquisition& a, double height_m) {
   return offsets;
 }
 
+double height_over_plane_m(const Acquisition& a, double height_m, double delta, double range_offset_m) {
+  const double theta = a.incidence_rad;
+  // H − (r + s) cos(θ + δ), with the difference of cosines as a product.
+  return -height_m + 2.0 * a.slant_range_m * std::sin(theta + 0.5 * delta) * std::sin(0.5 * delta) -
+         range_offset_m * std::cos(theta + delta);
+}
+
+double plane_range_offset_m(const Acquisition& a, double height_m, double delta) {
+  const double incidence = a.incidence_rad + delta, cosine = std::cos(incidence);
+  if (incidence <= 0.0 || cosine <= 1e-9) return std::numeric_limits<double>::infinity();
+  return height_over_plane_m(a, height_m, delta, 0.0) / cosine;
+}
+
 glm::dvec3 level_range_direction(const Acquisition& a) {
   return {-std::sin(a.azimuth_rad), 0.0, -std::cos(a.azimuth_rad)};
 }

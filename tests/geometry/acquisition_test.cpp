@@ -83,6 +83,52 @@ TEST_CASE("rows and bins are centred on the aim point") {
   CHECK(a.range_m(47.5) == Approx(a.slant_range_m));
 }
 
+TEST_CASE("rows and bins follow from places as places do from them") {
+  const Acquisition a = acquisition(35, 20, 1e4);
+  CHECK(a.row_of(0.0) == 31.5);
+  CHECK(a.bin_of(0.0) == 47.5);
+  CHECK(a.row_of(0.4) == Approx(32.5));
+  CHECK(a.bin_of(-0.3) == Approx(46.5));
+  for (double n : {-7.0, 0.0, 0.25, 12.5, 63.0, 200.0}) {
+    CHECK(a.row_of(a.row_offset_m(n)) == Approx(n).margin(1e-12));
+    CHECK(a.bin_of(a.bin_offset_m(n)) == Approx(n).margin(1e-12));
+  }
+}
+
+TEST_CASE("a ray meets a level plane where its range puts it") {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> height(-20.0, 20.0), angle(-0.05, 0.05), offset(-100.0, 100.0);
+  for (double altitude_m : kAltitudes_m) {
+    double worst_height = 0.0, worst_plane = 0.0;
+    for (double incidence_deg : {10.0, 35.0, 60.0, 80.0}) {
+      const Acquisition a = acquisition(incidence_deg, 20, altitude_m);
+      for (int trial = 0; trial < 200; ++trial) {
+        const double height_m = height(random), delta = angle(random), s = offset(random);
+        const long double theta = a.incidence_rad, r = a.slant_range_m;
+        const long double radar_m = r * std::cos(theta) - height_m, cosine = std::cos(theta + delta);
+        const long double over_m = radar_m - (r + s) * cosine;
+        worst_height = std::max(worst_height, double(std::abs(height_over_plane_m(a, height_m, delta, s) - over_m)));
+        const double meets_m = plane_range_offset_m(a, height_m, delta);
+        worst_plane = std::max(worst_plane, double(std::abs((meets_m - (radar_m / cosine - r)) / (r / cosine))));
+        CHECK(height_over_plane_m(a, height_m, delta, meets_m) == Approx(0.0).margin(1e-14 * double(r)));
+      }
+    }
+    INFO("altitude " << altitude_m << " m");
+    CHECK(worst_height < 1e-14 * altitude_m + 1e-10);
+    CHECK(worst_plane < 1e-14);
+  }
+}
+
+TEST_CASE("rays beyond the horizon and behind the nadir meet no level plane") {
+  const Acquisition a = acquisition(35, 20, 1e4);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  CHECK(plane_range_offset_m(a, 0.0, rad_from_deg(55)) == kInfinity);
+  CHECK(plane_range_offset_m(a, 0.0, rad_from_deg(56)) == kInfinity);
+  CHECK(plane_range_offset_m(a, 0.0, rad_from_deg(-35)) == kInfinity);
+  CHECK(plane_range_offset_m(a, 0.0, rad_from_deg(-40)) == kInfinity);
+  CHECK(plane_range_offset_m(a, 0.0, 0.0) == 0.0);
+}
+
 TEST_CASE("projection agrees with the direct computation at every altitude") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> scene(-40.0, 40.0);

@@ -63,8 +63,8 @@ std::vector<PosedImage> ground_scene(int n_views, Gain&& gain) {
       if (glm::all(glm::greaterThanEqual(before, block.min)) && glm::all(glm::lessThanEqual(before, block.max)))
         continue;
       const RadarPoint r = project(a, frame, q);
-      const auto i = static_cast<int>(std::lround(r.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1)));
-      const auto j = static_cast<int>(std::lround(r.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1)));
+      const auto i = static_cast<int>(std::lround(a.row_of(r.along_track_m)));
+      const auto j = static_cast<int>(std::lround(a.bin_of(r.range_offset_m)));
       power(i, j) = 2.0f;
     }
     images.push_back({"view", a, std::move(power)});

@@ -60,9 +60,15 @@ struct Acquisition {
   /// Along-track coordinate of the centre of row i relative to the aim point (m).
   double row_offset_m(double i) const { return (i - 0.5 * (n_azimuth - 1)) * azimuth_spacing_m; }
 
+  /// Row whose centre lies at an along-track coordinate (m), with its fraction: the inverse of row_offset_m.
+  double row_of(double along_m) const { return along_m / azimuth_spacing_m + 0.5 * (n_azimuth - 1); }
+
   /// Slant range of the centre of bin j minus that of the aim point (m). The difference, not the range
   /// itself, is what kernels work with: it is exact in float32 for a radar at any distance.
   double bin_offset_m(double j) const { return (j - 0.5 * (n_range - 1)) * range_spacing_m; }
+
+  /// Bin whose centre lies at a range offset (m), with its fraction: the inverse of bin_offset_m.
+  double bin_of(double offset_m) const { return offset_m / range_spacing_m + 0.5 * (n_range - 1); }
 
   /// Slant range of the centre of bin j (m).
   double range_m(double j) const { return slant_range_m + bin_offset_m(j); }
@@ -107,6 +113,14 @@ RadarPoint project(const Acquisition& acquisition, const RadarFrame& frame, cons
 ///
 ///     height ŷ + a_i h + d_j u        u = (−sin φ, 0, −cos φ)
 std::vector<double> plane_offsets_m(const Acquisition& acquisition, double height_m);
+
+/// How far (m) the point at ray angle δ and range offset s = t − r lies over the level plane `height_m` above the aim
+/// point: H − t cos(θ + δ), where H is the height of the radar over the plane. No large numbers cancel.
+double height_over_plane_m(const Acquisition& acquisition, double height_m, double ray_angle_rad, double range_offset_m);
+
+/// Range offset t − r (m) at which the ray of angle δ meets the level plane `height_m` above the aim point:
+/// (H − r cos(θ + δ)) / cos(θ + δ). Infinite for rays at and beyond the horizon, and for rays behind the nadir.
+double plane_range_offset_m(const Acquisition& acquisition, double height_m, double ray_angle_rad);
 
 /// u: the level direction in which range grows.
 glm::dvec3 level_range_direction(const Acquisition& acquisition);

@@ -60,7 +60,7 @@ enum class Evidence { none, maybe, empty };
 Evidence evidence(const Witness& view, const glm::dvec3& point_m, double margin_m) {
   const RadarPoint p = project(view.acquisition, view.frame, point_m);
   const Acquisition& a = view.acquisition;
-  const auto i = static_cast<int>(std::lround(p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1)));
+  const auto i = static_cast<int>(std::lround(a.row_of(p.along_track_m)));
   if (i < 0 || i >= a.n_azimuth) return Evidence::none;
   if (p.range_offset_m < a.bin_offset_m(-0.5) || p.range_offset_m > a.bin_offset_m(a.n_range - 0.5))
     return Evidence::none;

@@ -79,8 +79,8 @@ double median_of_positive(const Image<float>& image) {
 double seen(const PosedImage& image, const RadarFrame& frame, const glm::dvec3& point_m) {
   const Acquisition& a = image.acquisition;
   const RadarPoint p = project(a, frame, point_m);
-  const double i = p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1);
-  const double j = p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1);
+  const double i = a.row_of(p.along_track_m);
+  const double j = a.bin_of(p.range_offset_m);
   if (i < -1.0 || i > a.n_azimuth || j < -1.0 || j > a.n_range) return -1.0;
   return bilinear(image.power, std::clamp(i, 0.0, a.n_azimuth - 1.0), std::clamp(j, 0.0, a.n_range - 1.0));
 }
@@ -366,8 +366,7 @@ StandingView standing_view(const Acquisition& a, const Box& standing_m, double g
   const double last_angle = angular_extent(a, standing_m).second;
   const auto shadow_end = static_cast<int>(std::upper_bound(angle.begin(), angle.end(), last_angle) - angle.begin());
 
-  const auto nearest_bin = static_cast<int>(std::floor(
-      std::clamp(nearest_m / a.range_spacing_m + 0.5 * (a.n_range - 1), 0.0, double(a.n_range))));
+  const auto nearest_bin = static_cast<int>(std::floor(std::clamp(a.bin_of(nearest_m), 0.0, double(a.n_range))));
   StandingView view{-kInfinity, kInfinity, std::max(0, nearest_bin - kMargin_bins),
                     std::min(a.n_range, shadow_end + kMargin_bins)};
   if (view.first_bin >= kMargin_bins)

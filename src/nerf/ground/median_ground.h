@@ -24,8 +24,8 @@ inline double median(std::vector<double>& values) {
 
 /// Row and bin of the pixel that shows a point; nothing where the image does not hold it.
 inline std::optional<glm::ivec2> pixel_of(const Acquisition& a, const RadarPoint& p) {
-  const auto i = static_cast<int>(std::lround(p.along_track_m / a.azimuth_spacing_m + 0.5 * (a.n_azimuth - 1)));
-  const auto j = static_cast<int>(std::lround(p.range_offset_m / a.range_spacing_m + 0.5 * (a.n_range - 1)));
+  const auto i = static_cast<int>(std::lround(a.row_of(p.along_track_m)));
+  const auto j = static_cast<int>(std::lround(a.bin_of(p.range_offset_m)));
   if (i < 0 || i >= a.n_azimuth || j < 0 || j >= a.n_range) return {};
   return glm::ivec2(i, j);
 }

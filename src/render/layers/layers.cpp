@@ -106,18 +106,12 @@ LayerView::LayerView(const Acquisition& acquisition, const Fan& fan, double refe
 }
 
 double LayerView::height_m(double k, double x) const {
-  const double theta = acquisition_.incidence_rad, delta = fan_.ray_angle_rad(k);
   const double offset_m = (x - 0.5 * acquisition_.n_range) * acquisition_.range_spacing_m;
-  // H − (r + s) cos(θ + δ), with the difference of cosines as a product.
-  return above_plane_m_ +
-         2.0 * acquisition_.slant_range_m * std::sin(theta + 0.5 * delta) * std::sin(0.5 * delta) -
-         offset_m * std::cos(theta + delta);
+  return height_over_plane_m(acquisition_, -above_plane_m_, fan_.ray_angle_rad(k), offset_m);
 }
 
 double LayerView::plane_bin(double k) const {
-  const double cosine = std::cos(incidence_rad(k));
-  if (incidence_rad(k) <= 0.0 || cosine <= 1e-9) return std::numeric_limits<double>::infinity();
-  const double offset_m = height_m(k, 0.5 * acquisition_.n_range) / cosine;
+  const double offset_m = plane_range_offset_m(acquisition_, -above_plane_m_, fan_.ray_angle_rad(k));
   return offset_m / acquisition_.range_spacing_m + 0.5 * acquisition_.n_range;
 }
 

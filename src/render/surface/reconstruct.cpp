@@ -312,12 +312,10 @@ GroundPlane::GroundPlane(const ViewRays& rays, const Appearance& appearance, dou
   gamma_.assign(size, -1.0f);  // negative: this ray does not meet the plane
   for (int k = -1; k <= fan.n_elevation; ++k) {
     const double delta = fan.ray_angle_rad(k);
+    const double offset_m = plane_range_offset_m(a, -above_ground_m, delta);
+    if (!std::isfinite(offset_m)) continue;
     const double incidence = theta + delta;
     const double cosine = std::cos(incidence);
-    if (incidence <= 0.0 || cosine <= 1e-9) continue;
-    // t − r = (H − r cos(θ + δ)) / cos(θ + δ), with the difference of cosines as a product.
-    const double offset_m =
-        (above_ground_m + 2.0 * r * std::sin(theta + 0.5 * delta) * std::sin(0.5 * delta)) / cosine;
     const std::size_t m = index(k);
     bin_[m] = static_cast<float>(rays.bin_coordinate(offset_m));
     bin_per_ray_[m] = static_cast<float>((r + offset_m) * std::tan(incidence) * fan.step_rad /
