@@ -5,12 +5,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <set>
 #include <span>
 #include <string_view>
 #include <vector>
 
-#include "json_reader.h"
+#include "core/json_view.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/parallel.h"
@@ -62,6 +63,64 @@ Box scene_box_of_swath(const glm::dvec3& aim_m, std::span<const DatasetView> vie
 }
 
 namespace {
+
+/// Keeps the order of keys, so that what is read and written again stays the same text.
+using Json = nlohmann::ordered_json;
+
+constexpr JsonRules kRules{
+    .not_json = "not valid JSON: ",
+    .object = "an object",
+    .array = "an array",
+    .text = "a text",
+    .most_keys = 4096,
+};
+
+/// A value that remembers which keys of an object were asked for: finish() refuses the others, which are mostly misspelt.
+class JsonReader : public JsonView<Json> {
+ public:
+  JsonReader(const Json& document, const std::string& where)
+      : JsonView<Json>(document, where, kRules, !where.ends_with(".json")) {}
+
+  bool has(const std::string& key) {
+    asked_.insert(key);
+    return find(key).has_value();
+  }
+  JsonReader at(const std::string& key) {
+    if (!has(key)) fail("the key \"" + key + "\" is missing");
+    return JsonReader(JsonView<Json>::at(key));
+  }
+  JsonReader at(std::size_t index) const { return JsonReader(JsonView<Json>::at(index)); }
+
+  double positive_number() const {
+    const double value = number();
+    if (!(value > 0.0)) expected("a number above zero");
+    return value;
+  }
+
+  int positive_integer() const {
+    if (!json().is_number_integer()) expected("a whole number");
+    const double number = json().get<double>();
+    if (!(number >= 1.0 && number <= std::numeric_limits<int>::max())) expected("a whole number above zero");
+    return json().get<int>();
+  }
+
+  std::optional<double> optional_number(const std::string& key) {
+    return has(key) ? std::optional(at(key).number()) : std::nullopt;
+  }
+  std::string optional_text(const std::string& key) { return has(key) ? at(key).text() : std::string(); }
+
+  /// Refuses the first key that nobody asked for.
+  void finish() const {
+    for (const auto& [key, value] : json().items()) {
+      if (!asked_.contains(key)) fail("the key \"" + in_one_line(key, 60) + "\" is unknown; misspelt?");
+    }
+  }
+
+ private:
+  explicit JsonReader(JsonView<Json> value) : JsonView<Json>(std::move(value)) {}
+
+  std::set<std::string> asked_;
+};
 
 /// Angles and heights are often published rounded; beyond this they are about different geometries.
 constexpr double kAngleToleranceDeg = 0.0101;
@@ -254,7 +313,7 @@ std::string why_missing(const std::filesystem::path& folder) {
 }  // namespace
 
 Dataset parse_manifest(std::string_view text, const std::string& where) {
-  const Json document = JsonReader::parse(text, where);
+  const Json document = parse_json<Json>(text, where, kRules);
   JsonReader reader(document, where);
   if (const std::string format = reader.at("format").text(); format != kManifestFormat) {
     reader.fail("expected format \"" + std::string(kManifestFormat) + "\", found \"" + in_one_line(format, 60) + "\"");

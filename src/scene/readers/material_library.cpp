@@ -55,10 +55,10 @@ constexpr double kFinestPeriod_m = 1e-9;
 /// within single precision's 3e38.
 constexpr double kMost_per_m = 1e30;
 
-Texture parse_texture(const JsonView& json) {
+Texture parse_texture(const SceneJson& json) {
   json.only_keys({"kind", "period_m", "contrast", "origin_m"});
   Texture texture;
-  const JsonView kind = json.at("kind");
+  const SceneJson kind = json.at("kind");
   if (kind.text() == "none") {
     if (json.has("period_m") || json.has("contrast") || json.has("origin_m")) {
       json.fail("the kind \"none\" takes no other keys; remove them, or choose \"checker\"");
@@ -68,14 +68,14 @@ Texture parse_texture(const JsonView& json) {
   if (kind.text() != "checker") kind.expected("\"none\" or \"checker\"");
   texture.kind = Texture::Kind::checker;
   texture.period_m = json.at("period_m").number_at_least(kFinestPeriod_m);
-  const JsonView contrast = json.at("contrast");
+  const SceneJson contrast = json.at("contrast");
   texture.contrast = contrast.number_at_least(0.0);
   if (texture.contrast > 1.0) contrast.expected("a number between 0 and 1");
   if (const auto origin = json.find("origin_m")) texture.origin_m = origin->vector_within(kFarthest_m);
   return texture;
 }
 
-Material parse_material(const std::string& name, const JsonView& json) {
+Material parse_material(const std::string& name, const SceneJson& json) {
   json.only_keys({"opaque", "gamma0", "exponent", "texture", "extinction_per_m",
                   "extinction_back_per_m", "scattering_per_m"});
   Material material;
@@ -117,7 +117,7 @@ Material parse_material(const std::string& name, const JsonView& json) {
 
 }  // namespace
 
-std::vector<Material> parse_materials(const JsonView& materials) {
+std::vector<Material> parse_materials(const SceneJson& materials) {
   std::vector<Material> parsed;
   for (const auto& [name, json] : materials.members()) {
     if (name.empty()) materials.fail("a material needs a name, found \"\"");
@@ -140,8 +140,8 @@ std::vector<std::string> MaterialLibrary::add_file(const std::filesystem::path& 
 }
 
 std::vector<std::string> MaterialLibrary::add_text(std::string_view text, const std::string& name) {
-  const nlohmann::json json = parse_json(text, name);
-  const JsonView document(json, name);
+  const SceneDocument file_text(text, name);
+  const SceneJson& document = file_text.root();
   document.only_keys({"format", "version", "materials"});
   document.require_format("sarnerf-materials", 1);
   std::vector<std::string> names;
@@ -153,8 +153,8 @@ std::vector<std::string> MaterialLibrary::add_text(std::string_view text, const 
 }
 
 void MaterialLibrary::add_json(std::string_view json_text, const std::string& where) {
-  const nlohmann::json json = parse_json(json_text, where);
-  for (Material& material : parse_materials(JsonView(json, where))) add(std::move(material));
+  const SceneDocument document(json_text, where);
+  for (Material& material : parse_materials(document.root())) add(std::move(material));
 }
 
 void MaterialLibrary::add(Material material) {

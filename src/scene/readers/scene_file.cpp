@@ -9,7 +9,6 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "readers/json_view.h"
 #include "readers/readers.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
@@ -19,17 +18,33 @@ namespace sarnerf {
 
 namespace {
 
+constexpr JsonRules kRules{
+    .not_json = "expected JSON, found a ",
+    .object = "an object in braces",
+    .array = "an array in brackets",
+    .text = "a text in quotes",
+};
+
+}  // namespace
+
+// A name with a colon inside goes on as a place inside a document does.
+SceneDocument::SceneDocument(std::string_view text, const std::string& name)
+    : value_(parse_json<nlohmann::json>(text, name, kRules)),
+      root_(value_, name, kRules, name.find(": ") != std::string::npos) {}
+
+namespace {
+
 constexpr std::array<std::pair<std::string_view, double>, 6> kUnits = {
     {{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"km", 1000.0}, {"in", 0.0254}, {"ft", 0.3048}}};
 
-UpAxis parse_up(const JsonView& json) {
+UpAxis parse_up(const SceneJson& json) {
   const std::string up = json.text();
   if (up == "y") return UpAxis::y;
   if (up == "z") return UpAxis::z;
   json.expected("\"y\" or \"z\"");
 }
 
-double parse_units(const JsonView& json) {
+double parse_units(const SceneJson& json) {
   if (!json.is_text()) return json.number_above(0.0);
   const std::string name = json.text();
   for (const auto& [unit, metres] : kUnits) {
@@ -50,32 +65,32 @@ glm::dmat4 rotation(double angle_deg, const glm::dvec3& axis) {
   return matrix;
 }
 
-glm::dmat4 parse_rotation(const JsonView& json) {
+glm::dmat4 parse_rotation(const SceneJson& json) {
   if (json.is_array()) {
     const glm::dvec3 angles_deg = json.vector();
     return rotation(angles_deg.z, {0, 0, 1}) * rotation(angles_deg.y, {0, 1, 0}) *
            rotation(angles_deg.x, {1, 0, 0});
   }
   json.only_keys({"axis", "angle"});
-  const JsonView axis = json.at("axis");
+  const SceneJson axis = json.at("axis");
   const glm::dvec3 direction = axis.vector();
   const double length = glm::length(direction);
   if (!(length > 0.0) || !std::isfinite(length)) axis.expected("an axis with a direction");
   return rotation(json.at("angle").number(), direction / length);
 }
 
-std::filesystem::path parse_path(const JsonView& json, const std::filesystem::path& folder) {
+std::filesystem::path parse_path(const SceneJson& json, const std::filesystem::path& folder) {
   const std::string name = json.text();
   if (name.empty() || has_control_characters(name)) json.expected("the name of a file");
   return folder / name;
 }
 
-MeshEntry parse_mesh(const JsonView& json, const std::filesystem::path& folder, UpAxis scene_up) {
+MeshEntry parse_mesh(const SceneJson& json, const std::filesystem::path& folder, UpAxis scene_up) {
   json.only_keys(
       {"file", "up", "units", "scale", "rotate_deg", "translate_m", "material", "materials"});
   MeshEntry entry;
   entry.place = json.place();
-  const JsonView file = json.at("file");
+  const SceneJson file = json.at("file");
   entry.file = parse_path(file, folder);
   if (!is_mesh_file(entry.file)) file.expected("a file ending in .obj, .ply, .stl or .off");
   const auto up = json.find("up");
@@ -97,7 +112,7 @@ MeshEntry parse_mesh(const JsonView& json, const std::filesystem::path& folder, 
   return entry;
 }
 
-GroundEntry parse_ground(const JsonView& json) {
+GroundEntry parse_ground(const SceneJson& json) {
   json.only_keys({"material", "height_m"});
   GroundEntry ground{json.at("material").text(), std::nullopt, json.place()};
   if (const auto height = json.find("height_m")) {
@@ -121,8 +136,8 @@ SceneFile read_scene_file(const std::filesystem::path& path) {
 
 SceneFile parse_scene_file(std::string_view text, const std::string& name,
                            const std::filesystem::path& folder) {
-  const nlohmann::json json = parse_json(text, name);
-  const JsonView document(json, name);
+  const SceneDocument file_text(text, name);
+  const SceneJson& document = file_text.root();
   document.only_keys(
       {"format", "version", "up", "meshes", "materials_file", "materials", "ground"});
   document.require_format("sarnerf-scene", 1);
@@ -130,7 +145,7 @@ SceneFile parse_scene_file(std::string_view text, const std::string& name,
   SceneFile scene;
   const auto up = document.find("up");
   const UpAxis scene_up = up ? parse_up(*up) : UpAxis::y;
-  for (const JsonView& mesh : document.at("meshes").elements()) {
+  for (const SceneJson& mesh : document.at("meshes").elements()) {
     scene.meshes.push_back(parse_mesh(mesh, folder, scene_up));
   }
   if (const auto file = document.find("materials_file")) {

@@ -10,11 +10,28 @@
 
 #include <glm/glm.hpp>
 
-#include "readers/json_view.h"
+#include "core/json_view.h"
 #include "sarnerf/scene/scene.h"
 #include "triangle_soup.h"
 
 namespace sarnerf {
+
+/// A value of a scene file or a materials file.
+using SceneJson = JsonView<nlohmann::json>;
+
+/// The text of such a file. Throws InputError with its name as parse_json() says.
+class SceneDocument {
+ public:
+  SceneDocument(std::string_view text, const std::string& name);
+  SceneDocument(const SceneDocument&) = delete;
+  SceneDocument& operator=(const SceneDocument&) = delete;
+
+  const SceneJson& root() const { return root_; }
+
+ private:
+  const nlohmann::json value_;
+  const SceneJson root_;
+};
 
 /// One mesh file and how it is placed; what a `.json` scene says about it, or the command line.
 struct MeshEntry {
@@ -71,7 +88,7 @@ glm::dmat4 world_from_axes(UpAxis up);
 
 /// The materials of an object whose keys are their names. Throws InputError for unknown keys, for values
 /// without meaning, and for materials that are both opaque and translucent.
-std::vector<Material> parse_materials(const JsonView& materials);
+std::vector<Material> parse_materials(const SceneJson& materials);
 
 /// Nothing lies farther from the origin on any axis: squares and volumes must stay in range.
 inline constexpr double kFarthest_m = 1e12;
