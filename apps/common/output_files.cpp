@@ -152,6 +152,13 @@ void SweepFolder::remove_temporary_files() const {
   for (const auto& folder : {folder_, images(), pngs(), layers()}) remove_files(folder, AtomicFiles::is_temporary);
 }
 
+void write_view_files(const SweepFolder& folder, const std::vector<Checksums::File>& view_files, Checksums& checksums) {
+  AtomicFiles files(Durability::process);
+  for (const auto& [name, bytes] : view_files) files.add(folder.path() / name, bytes);
+  files.commit();
+  checksums.add(view_files);
+}
+
 void refuse_place(const std::filesystem::path& folder, const std::string& why) {
   throw UsageError(folder.string() + ": other output is in the way (" + why +
                    "); choose another folder (-o) or allow --overwrite");

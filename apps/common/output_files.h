@@ -78,6 +78,10 @@ class SweepFolder {
   std::vector<std::string> layer_endings_;
 };
 
+/// Writes the files of one view, by their names relative to the folder: all of them appear or none. Then adds them to the
+/// checksums. Threads may call it. Throws Error.
+void write_view_files(const SweepFolder& folder, const std::vector<Checksums::File>& view_files, Checksums& checksums);
+
 /// Throws UsageError: other output is in the way, for this reason.
 [[noreturn]] void refuse_place(const std::filesystem::path& folder, const std::string& why);
 

@@ -253,11 +253,7 @@ class Import {
     const Chip chip = load(options_, sources_[n]);
     const auto tiff = encode_tiff(chip.image),
                png = make_picture(chip.image, options_.quantity, scale);
-    AtomicFiles files(Durability::process);
-    files.add(folder_.path() / folder_.png_name(n), png);
-    files.add(folder_.tiff(n), tiff);
-    files.commit();
-    checksums_.add({{folder_.png_name(n), png}, {folder_.image_name(n), tiff}});
+    write_view_files(folder_, {{folder_.png_name(n), png}, {folder_.image_name(n), tiff}}, checksums_);
     finished_[n] = 1;
   }
 

@@ -170,11 +170,7 @@ std::string write_sweep(const Job& job, Console& console, const Monitor& monitor
       const Image<float> image =
           found != held.end() ? std::move(found->second) : make_image(job, views[n]);
       const auto tiff = encode_tiff(image), png = make_picture(image, job.quantity, scale);
-      AtomicFiles files(Durability::process);
-      files.add(folder.path() / folder.png_name(n), png);
-      files.add(folder.tiff(n), tiff);
-      files.commit();
-      checksums.add({{folder.png_name(n), png}, {folder.image_name(n), tiff}});
+      write_view_files(folder, {{folder.png_name(n), png}, {folder.image_name(n), tiff}}, checksums);
       finished[n] = 1;
       monitor.report("views", ++n_done, n_views - n_before);
     }

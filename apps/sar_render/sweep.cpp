@@ -135,17 +135,9 @@ void SweepRun::write(std::size_t view, Products products, const Monitor& monitor
   products.encode_s += drawing.seconds();
 
   const Stopwatch writing;
-  AtomicFiles files(Durability::process);
-  std::vector<Checksums::File> sums;
-  const auto add = [&](const std::string& name, std::span<const std::byte> bytes) {
-    files.add(folder_.path() / name, bytes);
-    sums.push_back({name, bytes});
-  };
-  add(folder_.png_name(view), picture);
-  add(folder_.image_name(view), products.tiff);
-  for (const LayerFile& layer : layers) add(folder_.layer_name(view, layer.ending), layer.bytes);
-  files.commit();
-  checksums_.add(sums);
+  std::vector<Checksums::File> files{{folder_.png_name(view), picture}, {folder_.image_name(view), products.tiff}};
+  for (const LayerFile& layer : layers) files.push_back({folder_.layer_name(view, layer.ending), layer.bytes});
+  write_view_files(folder_, files, checksums_);
   const double write_s = writing.seconds();
 
   for (const std::string& text : products.warnings) warnings_.add(job_.views[view], view, text);
