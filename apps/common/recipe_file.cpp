@@ -11,6 +11,7 @@
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
 
@@ -166,9 +167,7 @@ DisplayScale::DisplayScale(std::span<const float> white_levels) {
   std::copy_if(white_levels.begin(), white_levels.end(), std::back_inserter(levels),
                [](float level) { return level > 0.0f; });
   if (levels.empty()) return;
-  const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
-  std::nth_element(levels.begin(), middle, levels.end());
-  white_ = *middle;
+  white_ = median(levels);
 }
 
 float DisplayScale::white_for(const Image<float>& image) const {

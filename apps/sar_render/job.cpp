@@ -11,6 +11,7 @@
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/render/framing.h"
@@ -114,12 +115,6 @@ void set_size(Job& job) {
   }
 }
 
-/// The round number (1, 2 or 5 times a power of ten) at or below a positive one.
-double round_below(double value) {
-  const double decade = std::pow(10.0, std::floor(std::log10(value)));
-  return value >= 5.0 * decade ? 5.0 * decade : value >= 2.0 * decade ? 2.0 * decade : decade;
-}
-
 /// The size that was chosen, unless a plan will say so, and what to do about one that shows little.
 void tell_size(const Job& job, Console& console) {
   const Options& o = job.options;
@@ -141,7 +136,7 @@ void tell_size(const Job& job, Console& console) {
   }
   if (job.framing.empty() || job.scene->box.empty() || std::min(n_azimuth, n_range) >= kSmall) return;
   const double finer_m = std::min(o.spacing_m.first, o.spacing_m.second);
-  const double spacing_m = round_below(finer_m * std::min(n_azimuth, n_range) / kGood);
+  const double spacing_m = round_below(finer_m * std::min(n_azimuth, n_range) / kGood).value();
   std::snprintf(text, sizeof text,
                 "a small image: --spacing %.6g would give about %.0f x %.0f pixels (and --units or --scale "
                 "may be missing)",

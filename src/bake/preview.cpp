@@ -13,6 +13,7 @@
 #include "sarnerf/bake/surface_mesh.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/image.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/geometry/acquisition.h"
@@ -268,16 +269,6 @@ void draw_line(Image<Colour>& picture, glm::dvec2 from, glm::dvec2 to, int thick
   }
 }
 
-/// The largest of 1, 2 and 5 × 10ⁿ that is not above, and its digits.
-std::pair<double, std::string> round_length(double at_most_m) {
-  const int power = static_cast<int>(std::floor(std::log10(at_most_m)));
-  const double unit_m = std::pow(10.0, power);
-  const int factor = at_most_m >= 5.0 * unit_m ? 5 : at_most_m >= 2.0 * unit_m ? 2 : 1;
-  const auto zeros = [](int n) { return std::string(static_cast<std::size_t>(n), '0'); };
-  const std::string digit = std::to_string(factor);
-  return {factor * unit_m, (power >= 0 ? digit + zeros(power) : "0." + zeros(-power - 1) + digit) + " m"};
-}
-
 /// Arrows along the axes, into the lower left corner of the view's frame.
 void draw_axes(const View& view, Image<Colour>& picture) {
   const int dot = view.dot;
@@ -310,8 +301,9 @@ void draw_labels(const View& view, Image<Colour>& picture) {
   draw_text(picture, f.top + margin, f.left + margin, view.camera.name, dot, kTextColour);
   draw_axes(view, picture);
 
-  const auto [length_m, text] = round_length(0.3 * f.width * view.pixel_m);
-  const double bar = length_m / view.pixel_m, right = f.left + f.width - margin, tick = 2.0 * dot;
+  const RoundNumber length_m = round_below(0.3 * f.width * view.pixel_m);
+  const std::string text = length_m.text() + " m";
+  const double bar = length_m.value() / view.pixel_m, right = f.left + f.width - margin, tick = 2.0 * dot;
   const double line = f.top + f.height - margin - tick;
   draw_line(picture, {right - bar, line}, {right, line}, dot, kTextColour);
   for (const double x : {right - bar, right}) draw_line(picture, {x, line - tick}, {x, line + tick}, dot, kTextColour);

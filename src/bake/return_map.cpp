@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/mpa/volume_march.h"
 #include "sarnerf/nerf/row_renderer.h"
@@ -31,14 +32,10 @@ Fan fan_over(const Acquisition& view, const Box& box_m, double spacing_m) {
 
 float median_of_returning(std::vector<float> returned) {
   if (returned.empty()) return 0.0f;
-  const auto bright = returned.begin() + static_cast<std::ptrdiff_t>(returned.size() * 99 / 100);
-  std::nth_element(returned.begin(), bright, returned.end());
-  const auto least = static_cast<float>(kNothing * double{*bright});
-  const auto end = std::partition(returned.begin(), returned.end(), [&](float r) { return r > least; });
-  if (end == returned.begin()) return 0.0f;
-  const auto middle = returned.begin() + (end - returned.begin()) / 2;
-  std::nth_element(returned.begin(), middle, end);
-  return *middle;
+  const float bright = value_of_rank(returned, returned.size() * 99 / 100);
+  const auto least = static_cast<float>(kNothing * double{bright});
+  std::erase_if(returned, [&](float r) { return !(r > least); });
+  return median(returned);
 }
 
 /// Arc tangent, to 1e-12 for what a fan's angles mostly are.
@@ -262,9 +259,7 @@ float ViewAgreement::occupancy(const glm::dvec3& point_m) {
     }
   }
   if (distances_.empty()) return 0.0f;
-  const auto rank = distances_.begin() + static_cast<std::ptrdiff_t>(share_of(distances_.size()) - 1);
-  std::nth_element(distances_.begin(), rank, distances_.end(), std::greater<>());
-  return ramp(-*rank, voxel_m_);
+  return ramp(-value_of_rank(distances_, share_of(distances_.size()) - 1, std::greater<>()), voxel_m_);
 }
 
 double agreeing_share(std::span<const ReturnMap> maps, double learned_voxel_m, std::optional<double> floor_m) {

@@ -13,6 +13,7 @@
 #include "columns.h"
 #include "sarnerf/bake/surface_mesh.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/geometry/acquisition.h"
@@ -183,11 +184,8 @@ Spread spread(std::vector<double> distance_m) {
   if (distance_m.empty()) return {};
   double sum_m = 0.0;
   for (const double d : distance_m) sum_m += d;
-  const auto place = static_cast<std::ptrdiff_t>(std::ceil(0.95 * static_cast<double>(distance_m.size()))) - 1;
-  const auto percentile = distance_m.begin() + place;
-  std::nth_element(distance_m.begin(), percentile, distance_m.end());
-  return {sum_m / static_cast<double>(distance_m.size()), *percentile,
-          *std::max_element(percentile, distance_m.end())};
+  return {sum_m / static_cast<double>(distance_m.size()), quantile_reached(distance_m, 0.95),
+          *std::max_element(distance_m.begin(), distance_m.end())};
 }
 
 /// The larger one, not measured when either is not.

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <memory>
 
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 
 namespace sarnerf {
@@ -126,9 +127,7 @@ std::optional<double> bottom_of_returns_m(std::span<const ReturnMap> maps, doubl
   for (const auto& r : returns) power[static_cast<std::size_t>((r.point_m.y - first_m) / layer_m)] += double{r.power};
   std::vector<double> some;
   std::copy_if(power.begin(), power.end(), std::back_inserter(some), [](double p) { return p > 0.0; });
-  const auto median = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
-  std::nth_element(some.begin(), median, some.end());
-  const double least = kStray * *median;
+  const double least = kStray * median(some);
   const auto half_of_above = [&](std::size_t layer) {
     double sum = 0.0;
     for (std::size_t w = 1; w <= kWindow; ++w) sum += power[layer + w];

@@ -9,6 +9,7 @@
 
 #include "image_checks.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 
@@ -154,17 +155,6 @@ double mean_distance_m(const std::vector<LocalMaximum>& reference,
   return sum_m / double(reference.size());
 }
 
-namespace {
-
-double median(std::span<const float> pixels) {
-  std::vector<float> values(pixels.begin(), pixels.end());
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return double(*middle);
-}
-
-}  // namespace
-
 std::optional<Regions> find_regions(const Image<float>& power, const RegionRule& rule) {
   if (!(rule.target_db > 0.0 && rule.shadow_db > 0.0)) {
     throw UsageError("target and shadow lie some decibels above and below the background; the rule says " +
@@ -173,7 +163,7 @@ std::optional<Regions> find_regions(const Image<float>& power, const RegionRule&
   if (power.pixels().empty()) return std::nullopt;
   const Image<float> blurred = gaussian_blur(power, rule.blur_pixels);
   Regions regions;
-  regions.background_power = median(blurred.pixels());
+  regions.background_power = double(median(std::vector<float>(blurred.pixels().begin(), blurred.pixels().end())));
   if (!(regions.background_power > 0.0)) return std::nullopt;
   const double bright = regions.background_power * std::pow(10.0, 0.1 * rule.target_db);
   const double dark = regions.background_power * std::pow(10.0, -0.1 * rule.shadow_db);

@@ -9,6 +9,7 @@
 
 #include "image_checks.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/text.h"
 
 namespace sarnerf {
@@ -54,11 +55,7 @@ double db_error_percentile(const Image<float>& image, const Image<float>& refere
     errors_db.push_back(found > 0.0 ? std::abs(10.0 * std::log10(found / expected)) : kInfinity);
   }
   if (errors_db.empty()) return 0.0;
-  // The smallest value that at least this share of the pixels does not exceed.
-  const double rank = std::ceil(percentile / 100.0 * double(errors_db.size()));
-  const auto nth = errors_db.begin() + static_cast<std::ptrdiff_t>(std::max(1.0, rank)) - 1;
-  std::nth_element(errors_db.begin(), nth, errors_db.end());
-  return *nth;
+  return quantile_reached(errors_db, percentile / 100.0);
 }
 
 double psnr_db(const Image<float>& image, const Image<float>& reference, double peak) {
@@ -205,9 +202,7 @@ std::optional<double> equivalent_looks(const Image<float>& power, const LooksRul
     }
   }
   if (looks.empty()) return std::nullopt;
-  const auto place = looks.begin() + static_cast<std::ptrdiff_t>(rule.quantile * double(looks.size() - 1));
-  std::nth_element(looks.begin(), place, looks.end());
-  return *place;
+  return quantile_below(looks, rule.quantile);
 }
 
 }  // namespace sarnerf

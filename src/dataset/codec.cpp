@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/dataset/image_file.h"
 
 namespace sarnerf {
@@ -121,12 +122,7 @@ float white_level(const Image<float>& image, const DisplayRange& range) {
     if (p > 0.0f) positive.push_back(p);
   }
   if (positive.empty()) return 0.0f;
-  const double rank = std::ceil(range.percentile / 100.0 * double(positive.size()));
-  const auto last = static_cast<std::ptrdiff_t>(positive.size()) - 1;
-  const auto nth =
-      positive.begin() + std::clamp(static_cast<std::ptrdiff_t>(rank) - 1, std::ptrdiff_t{0}, last);
-  std::nth_element(positive.begin(), nth, positive.end());
-  return *nth;
+  return quantile_reached(positive, range.percentile / 100.0);
 }
 
 double level_db(float level, Quantity quantity) {

@@ -10,6 +10,7 @@
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/metrics.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
@@ -190,9 +191,7 @@ std::optional<double> looks_of(std::span<const PosedImage> images) {
       looks.push_back(*value);
   }
   if (looks.empty()) return std::nullopt;
-  const auto middle = looks.begin() + static_cast<std::ptrdiff_t>(looks.size() / 2);
-  std::nth_element(looks.begin(), middle, looks.end());
-  return *middle;
+  return median(looks);
 }
 
 bool is_speckled(std::span<const PosedImage> images) {

@@ -8,6 +8,7 @@
 
 #include "plot_layout.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/numbers.h"
 #include "svg.h"
 
 namespace sarnerf {
@@ -33,16 +34,7 @@ std::string superscript(int exponent) {
 }
 
 /// m × 10^e written out: 250, 0.025.
-std::string plain_label(long long m, int e) {
-  std::string digits = std::to_string(std::llabs(m));
-  if (e >= 0 && m != 0) digits.append(std::size_t(e), '0');
-  if (e < 0) {
-    const auto decimals = std::size_t(-e);
-    if (digits.size() <= decimals) digits.insert(0, decimals + 1 - digits.size(), '0');
-    digits.insert(digits.size() - decimals, ".");
-  }
-  return (m < 0 ? kMinus : "") + digits;
-}
+std::string plain_label(long long m, int e) { return (m < 0 ? kMinus : "") + decimal_text(std::llabs(m), e); }
 
 /// m × 10^e as 2.5·10⁻⁷; a power of ten as 10⁻⁷.
 std::string power_label(long long m, int e) {

@@ -42,9 +42,6 @@ Image<Colour> signed_colours(const Image<float>& values, float limit);
 /// Throws UsageError where a view's images differ in size.
 std::vector<PageBlock> picture_blocks(const TrainingReport& report);
 
-/// `value` rounded up to 1, 2 or 5 times a power of ten; 1 for what is not positive and finite.
-double round_limit(double value);
-
 /// PSNR against seconds, the baselines as horizontal lines. Nothing when there is no finite point.
 std::optional<PagePlot> curve_plot(const TrainingReport& report);
 

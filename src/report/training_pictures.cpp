@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/dataset/image_file.h"
 #include "training_parts.h"
 
@@ -89,9 +90,7 @@ double usual_magnitude(const std::vector<ReportPictures>& all, double peak) {
     }
   }
   if (magnitudes.empty()) return 0.0;
-  const auto nth = magnitudes.begin() + std::ptrdiff_t(kShownShare * double(magnitudes.size() - 1));
-  std::ranges::nth_element(magnitudes, nth);
-  return *nth;
+  return quantile_below(magnitudes, kShownShare);
 }
 
 Scales scales_of(const TrainingReport& report) {
@@ -108,7 +107,7 @@ Scales scales_of(const TrainingReport& report) {
     scales.peak = brightest > 0.0f ? brightest : 1.0;
     scales.peak_of_training = false;
   }
-  scales.limit_percent = round_limit(usual_magnitude(report.pictures, scales.peak));
+  scales.limit_percent = round_above(usual_magnitude(report.pictures, scales.peak));
   return scales;
 }
 
@@ -171,15 +170,6 @@ PagePictures view_pictures(const ReportPictures& pictures, const Scales& scales,
 }
 
 }  // namespace
-
-double round_limit(double value) {
-  if (!(value > 0.0 && std::isfinite(value))) return 1.0;
-  const double decade = std::pow(10.0, std::floor(std::log10(value)));
-  for (const double step : {1.0, 2.0, 5.0}) {
-    if (value <= step * decade * (1.0 + 1e-6)) return step * decade;
-  }
-  return 10.0 * decade;
-}
 
 std::vector<PageBlock> picture_blocks(const TrainingReport& report) {
   if (report.pictures.empty()) return {};

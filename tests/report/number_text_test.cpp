@@ -101,12 +101,3 @@ TEST_CASE("signed colours: grey at zero, equally dark on both sides, blue below 
   }
   CHECK(signed_colours(values, 0.0f)(0, 0) == Colour{245, 245, 245});
 }
-
-TEST_CASE("limits are rounded up to 1, 2 or 5 times a power of ten") {
-  CHECK(round_limit(1.0) == 1.0);
-  CHECK(round_limit(1.01) == 2.0);
-  CHECK(round_limit(0.03) == Approx(0.05));
-  CHECK(round_limit(7.0) == 10.0);
-  CHECK(round_limit(0.002) == Approx(0.002));
-  for (const double none : {0.0, -1.0, double(NAN), kInfinity}) CHECK(round_limit(none) == 1.0);
-}

@@ -4,6 +4,7 @@
 
 #include "ground/median_ground.h"
 #include "sarnerf/core/image_analysis.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/nerf/ground.h"
 

@@ -9,6 +9,7 @@
 
 #include "sarnerf/core/image.h"
 #include "sarnerf/core/image_analysis.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/posed_image.h"

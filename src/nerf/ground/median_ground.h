@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -13,14 +12,6 @@
 #include "sarnerf/geometry/acquisition.h"
 
 namespace sarnerf {
-
-/// Median, reordering the values; 0 of none.
-inline double median(std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Row and bin of the pixel that shows a point; nothing where the image does not hold it.
 inline std::optional<glm::ivec2> pixel_of(const Acquisition& a, const RadarPoint& p) {
