@@ -78,7 +78,7 @@ void add_views(const Job& job, Table& table) {
   const Options& o = job.options;
   std::vector<double> depression_deg, slant_range_m;
   for (const double angle : o.incidence_deg) depression_deg.push_back(90.0 - angle);
-  for (const DatasetView& view : job.views) slant_range_m.push_back(view.slant_range_m);
+  for (const Acquisition& view : job.views) slant_range_m.push_back(view.slant_range_m);
   const auto [nearest, farthest] = std::minmax_element(slant_range_m.begin(), slant_range_m.end());
   table.add("views", format("%zu, azimuth %s deg", job.views.size(), range_text(o.azimuth_deg).c_str()) +
                          (o.azimuth_deg.size() > 1 && o.incidence_deg.size() > 1

@@ -78,21 +78,19 @@ LoadOptions load_options(const Options& o, const MemoryLimit& limit, const Monit
 }
 
 /// Every combination, all azimuths of the first incidence first. Sizes come later.
-std::vector<DatasetView> poses(const Options& o) {
-  std::vector<DatasetView> views;
+std::vector<Acquisition> acquisitions(const Options& o, const glm::dvec3& aim_m) {
+  std::vector<Acquisition> views;
   views.reserve(o.incidence_deg.size() * o.azimuth_deg.size());
   for (const double incidence_deg : o.incidence_deg) {
+    Acquisition view;
+    view.incidence_rad = rad_from_deg(incidence_deg);
+    view.slant_range_m = o.slant_range_m.value_or(slant_range_from_altitude_m(o.altitude_m, view.incidence_rad));
+    view.aim_m = aim_m;
+    view.look = o.look;
+    view.azimuth_spacing_m = o.spacing_m.first;
+    view.range_spacing_m = o.spacing_m.second;
     for (const double azimuth_deg : o.azimuth_deg) {
-      DatasetView view;
-      view.azimuth_deg = azimuth_deg;
-      view.incidence_deg = incidence_deg;
-      const double incidence_rad = rad_from_deg(incidence_deg);
-      view.slant_range_m =
-          o.slant_range_m.value_or(slant_range_from_altitude_m(o.altitude_m, incidence_rad));
-      view.altitude_m = o.slant_range_m ? *o.slant_range_m * std::cos(incidence_rad) : o.altitude_m;
-      view.azimuth_spacing_m = o.spacing_m.first;
-      view.range_spacing_m = o.spacing_m.second;
-      view.look = o.look;
+      view.azimuth_rad = rad_from_deg(azimuth_deg);
       views.push_back(view);
     }
   }
@@ -101,16 +99,11 @@ std::vector<DatasetView> poses(const Options& o) {
 
 void set_size(Job& job) {
   if (!job.options.size) {
-    std::vector<Acquisition> acquisitions;
-    acquisitions.reserve(job.views.size());
-    for (const DatasetView& view : job.views) {
-      acquisitions.push_back(acquisition_of(view, job.aim_m));
-    }
-    Framing framing = frame_scene(*job.scene, acquisitions);
+    Framing framing = frame_scene(*job.scene, job.views);
     job.framing = "the size " + std::move(framing.explanation);
     job.options.size = {framing.n_azimuth, framing.n_range};
   }
-  for (DatasetView& view : job.views) {
+  for (Acquisition& view : job.views) {
     std::tie(view.n_azimuth, view.n_range) = *job.options.size;
   }
 }
@@ -124,7 +117,7 @@ void tell_size(const Job& job, Console& console) {
     std::snprintf(text, sizeof text, "%d x %d pixels (azimuth x range): ", n_azimuth, n_range);
     console.note(text + job.framing);
   }
-  const std::string few = few_pixels_warning(*job.scene, acquisition_of(job.views.front(), job.aim_m));
+  const std::string few = few_pixels_warning(*job.scene, job.views.front());
   if (!few.empty()) {
     console.warning(few);
     return;
@@ -157,9 +150,8 @@ void make_plans(Job& job, const Monitor& monitor) {
   parallel_for(job.views.size(), 8, [&](std::size_t begin, std::size_t end, int) {
     monitor.check();
     for (std::size_t n = begin; n < end; ++n) {
-      const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
-      validate(acquisition);
-      job.plans[n] = job.built.engine->plan(widened(acquisition, job.border), job.options.sampling);
+      validate(job.views[n]);
+      job.plans[n] = job.built.engine->plan(widened(job.views[n], job.border), job.options.sampling);
       request_layers(job.plans[n], {job.options.layers, job.reference_height_m});
     }
     const std::scoped_lock lock(mutex);
@@ -170,7 +162,7 @@ void make_plans(Job& job, const Monitor& monitor) {
 /// Finds the sampling that --error needs, on the first view; every view checks it for itself.
 void meet_tolerance(Job& job, const Monitor& monitor) {
   Options& o = job.options;
-  const Acquisition first = widened(acquisition_of(job.views.front(), job.aim_m), job.border);
+  const Acquisition first = widened(job.views.front(), job.border);
   validate(first);
   job.tolerance = choose_sampling(*job.built.engine, first, *o.tolerance, o.sampling.integrator, monitor);
   char text[160];
@@ -213,7 +205,7 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
 
   job.aim_m = options.aim_m.value_or(default_aim_m(*job.scene));
   job.reference_height_m = reference_height_m(options, *job.scene);
-  job.views = poses(options);
+  job.views = acquisitions(options, job.aim_m);
   set_size(job);
   job.border = border_of(job.options);
   refuse_scene_beyond_memory(job);
@@ -236,6 +228,28 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
                 job.times.load_s, job.times.build_s, job.times.plan_s);
   console.detail(text);
   return job;
+}
+
+ViewAngles angles_of(const Job& job, std::size_t n) {
+  const Options& o = job.options;
+  return {o.incidence_deg[n / o.azimuth_deg.size()], o.azimuth_deg[n % o.azimuth_deg.size()]};
+}
+
+DatasetView manifest_view(const Job& job, std::size_t n, const std::string& image) {
+  const Acquisition& a = job.views[n];
+  const ViewAngles angles = angles_of(job, n);
+  DatasetView view;
+  view.image = image;
+  view.azimuth_deg = angles.azimuth_deg;
+  view.incidence_deg = angles.incidence_deg;
+  view.slant_range_m = a.slant_range_m;
+  view.altitude_m = job.options.slant_range_m ? a.altitude_m() : job.options.altitude_m;
+  view.n_azimuth = a.n_azimuth;
+  view.n_range = a.n_range;
+  view.azimuth_spacing_m = a.azimuth_spacing_m;
+  view.range_spacing_m = a.range_spacing_m;
+  view.look = a.look;
+  return view;
 }
 
 Json resolved_of(const Job& job) {

@@ -97,7 +97,7 @@ struct Job {
   glm::dvec3 aim_m{0.0};
   double reference_height_m = 0.0;  ///< of the plane that calibration refers to
   std::string framing;              ///< how the size was chosen; empty when it was given
-  std::vector<DatasetView> views;   ///< image names still empty
+  std::vector<Acquisition> views;   ///< all azimuths of the first incidence first
   std::optional<ToleranceChoice> tolerance;  ///< what --error led to
   std::vector<ViewPlan> plans;      ///< one per view, each of an image wider by `border` on every side
   Border border;                    ///< zero unless there is an impulse response
@@ -111,6 +111,15 @@ struct Job {
 /// mended, assumed or chosen. Throws UsageError for what --max-memory does not allow, before it is
 /// allocated, and what loading and planning throw.
 Job prepare(const Options& options, Console& console, const Monitor& monitor);
+
+/// Where view n of a job was taken from (deg), as the user wrote it: 45 stays 45.
+struct ViewAngles {
+  double incidence_deg = 0.0, azimuth_deg = 0.0;
+};
+ViewAngles angles_of(const Job& job, std::size_t n);
+
+/// View n as dataset.json and recipes have it, with the name of its image.
+DatasetView manifest_view(const Job& job, std::size_t n, const std::string& image);
 
 /// Rays and expected tracing time, summed over the planned views.
 struct PlannedCost {

@@ -217,7 +217,7 @@ std::string layers_line(const LayerSet& layers) {
 
 namespace {
 
-void require_finite(const Image<float>& image, const DatasetView& view) {
+void require_finite(const Image<float>& image, const ViewAngles& view) {
   for (std::size_t n = 0; n < image.pixels().size(); ++n) {
     if (std::isfinite(image.pixels()[n])) continue;
     const auto width = static_cast<std::size_t>(image.n_range());
@@ -265,7 +265,7 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   products.n_hits = rendered.n_hits;
   products.trace_and_deposit_s = rendered.trace_and_deposit_s;
   products.warnings = std::move(rendered.warnings);
-  const Acquisition acquisition = acquisition_of(job.views[n], job.aim_m);
+  const Acquisition& acquisition = job.views[n];
   // Where the error is not known, the engine has said so.
   if (!tolerant.met && !std::isnan(rendered.error.relative)) {
     char text[160];
@@ -286,7 +286,7 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   if (!job.options.layers.empty()) mean_image = without_border(image, job.border);
   if (job.options.formation.any()) {
     const Stopwatch forming;
-    require_finite(image, job.views[n]);
+    require_finite(image, angles_of(job, n));
     const int n_without_noise = form_image(image, job.options.formation, plan.acquisition,
                                            job.reference_height_m, monitor) - job.border.range;
     image = without_border(std::move(image), job.border);
@@ -313,7 +313,7 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
                                 " does not exist: zero stands there");
   }
   if (job.options.quantity == Quantity::amplitude) take_amplitude(image);
-  require_finite(image, job.views[n]);
+  require_finite(image, angles_of(job, n));
   products.tiff = encode_tiff(image);
   products.image = std::move(image);
   products.encode_s = encoding.seconds();

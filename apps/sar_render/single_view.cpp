@@ -76,12 +76,11 @@ void check_single_view(const Options& options, const Json& request) {
   }
 }
 
-std::string write_single_view(Job& job, const Json& request, const Stopwatch& total, Console& console,
+std::string write_single_view(const Job& job, const Json& request, const Stopwatch& total, Console& console,
                               const Monitor& monitor) {
   const ImagePaths paths = image_paths(job.options);
-  job.views.front().image = paths.tiff.filename().string();
   Json resolved = resolved_of(job);
-  resolved["view"] = Json::parse(view_text(job.views.front()));
+  resolved["view"] = Json::parse(view_text(manifest_view(job, 0, paths.tiff.filename().string())));
   Json recipe = make_recipe(kProgram, request, resolved);
   std::string result = paths.tiff.string() + "\n" + paths.png.string() + "\n";
   for (const std::string& ending : layer_endings(job.options.layers)) {

@@ -30,7 +30,7 @@ std::string without_figures(std::string text) {
 
 }  // namespace
 
-void WarningList::add(const DatasetView& view, std::size_t index, const std::string& text) {
+void WarningList::add(const ViewAngles& view, std::size_t index, const std::string& text) {
   const std::scoped_lock lock(mutex_);
   Entry& entry = entries_[without_figures(text)];
   if (entry.n_views++ == 0 || index < entry.first) {
@@ -140,7 +140,7 @@ void SweepRun::write(std::size_t view, Products products, const Monitor& monitor
   write_view_files(folder_, files, checksums_);
   const double write_s = writing.seconds();
 
-  for (const std::string& text : products.warnings) warnings_.add(job_.views[view], view, text);
+  for (const std::string& text : products.warnings) warnings_.add(angles_of(job_, view), view, text);
   const std::scoped_lock lock(mutex_);
   finished_[view] = 1;
   sarnerf::app::add(products, figures_);
@@ -167,14 +167,14 @@ RunFigures SweepRun::render(Console& console, const Monitor& monitor) {
 
 namespace {
 
-std::string manifest_of(const Job& job, const Json& recipe, const std::vector<char>& images,
+std::string manifest_of(const Job& job, const SweepFolder& folder, const Json& recipe, const std::vector<char>& images,
                         const std::optional<DisplayScale>& display) {
   Dataset dataset;
   dataset.quantity = job.options.quantity;
   dataset.calibration = job.options.calibration;
   dataset.aim_m = job.aim_m;
   for (std::size_t n = 0; n < job.views.size(); ++n) {
-    if (images[n]) dataset.views.push_back(job.views[n]);
+    if (images[n]) dataset.views.push_back(manifest_view(job, n, folder.image_name(n)));
   }
   dataset.scene_box_m = scene_box_of_swath(job.aim_m, dataset.views);
   const ImageFormation& formation = job.options.formation;
@@ -217,10 +217,9 @@ void check_sweep(const Options& options, const Json& request) {
   require_sweep_place(folder, request, options.overwrite);
 }
 
-std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, Console& console,
+std::string write_sweep(const Job& job, const Json& request, const Stopwatch& total, Console& console,
                         const Monitor& monitor) {
   const SweepFolder folder(sweep_folder(job.options), job.views.size(), layer_endings(all_layers()));
-  for (std::size_t n = 0; n < job.views.size(); ++n) job.views[n].image = folder.image_name(n);
   const Json recipe = make_recipe(kProgram, request, resolved_of(job));
   const std::string result = folder.manifest().string() + "\n";
 
@@ -232,7 +231,7 @@ std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, C
 
   SweepRun run(job, folder);
   const std::size_t n_views = job.views.size(), n_before = run.n_finished();
-  const auto manifest = [&] { return manifest_of(job, recipe, run.finished(), run.display()); };
+  const auto manifest = [&] { return manifest_of(job, folder, recipe, run.finished(), run.display()); };
   if (n_before == n_views && file_holds(folder.manifest(), manifest())) {
     console.note("already done: all " + counted(n_views, "view") +
                  " of the same recipe are there, nothing was rendered");

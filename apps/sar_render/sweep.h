@@ -19,7 +19,7 @@ namespace sarnerf::app {
 /// Warnings of many views, each kind once, in the words of its first view. Threads may add.
 class WarningList {
  public:
-  void add(const DatasetView& view, std::size_t index, const std::string& text);
+  void add(const ViewAngles& view, std::size_t index, const std::string& text);
   void print(Console& console) const;
 
  private:
@@ -82,7 +82,7 @@ void check_sweep(const Options& options, const Json& request);
 /// Views that are there are not rendered again; the bytes of everything but the report do not depend on
 /// threads or interruptions. Throws Interrupted after writing a manifest of the finished views. Returns
 /// the manifest's path, one line.
-std::string write_sweep(Job& job, const Json& request, const Stopwatch& total, Console& console,
+std::string write_sweep(const Job& job, const Json& request, const Stopwatch& total, Console& console,
                         const Monitor& monitor);
 
 /// Before loading: throws UsageError when other output is in the way, and Error when none can be written.
@@ -90,7 +90,7 @@ void check_single_view(const Options& options, const Json& request);
 
 /// Renders the job's one view and writes NAME.tif, NAME.png, NAME.json and NAME.report.json, all or none;
 /// or finds that this has been done. Returns the paths, one a line.
-std::string write_single_view(Job& job, const Json& request, const Stopwatch& total, Console& console,
+std::string write_single_view(const Job& job, const Json& request, const Stopwatch& total, Console& console,
                               const Monitor& monitor);
 
 }  // namespace sarnerf::app

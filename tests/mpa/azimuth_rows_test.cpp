@@ -28,18 +28,18 @@ Acquisition view() {
   return a;
 }
 
-/// A ball of matter of 3 m across about the aim point, of random density.
-BrickGrid<float> ball() {
+/// A ball of fog of random density, 3 m across, about the aim point; or an opaque level plate as wide.
+BrickGrid<float> matter(bool plate) {
   BrickGrid<float> grid({glm::dvec3(0.03, -0.02, 0.05), kVoxel_m}, kChannels.count());
   std::mt19937 random(7);
   std::uniform_real_distribution<float> unit(0.05f, 1.0f);
   for (int x = -7; x <= 7; ++x)
     for (int y = -7; y <= 7; ++y)
       for (int z = -7; z <= 7; ++z) {
-        if (glm::length(glm::dvec3(x, y, z)) * kVoxel_m > 1.5) continue;
+        if (plate ? std::abs(y) > 1 : glm::length(glm::dvec3(x, y, z)) * kVoxel_m > 1.5) continue;
         const auto voxel = grid.touch_voxel({x, y, z});
-        voxel[0] = unit(random);
-        voxel[1] = unit(random);
+        voxel[0] = plate ? 60.0f : unit(random);
+        voxel[1] = plate ? 10.0f : unit(random);
       }
   return grid;
 }
@@ -50,12 +50,13 @@ Fan fan_over_ball(int n) { return make_fan(angular_extent(view(), kBox_m), n); }
 
 /// A row through the ball, marched along even rays.
 struct MarchedRow {
-  BrickGrid<float> grid = ball();
+  BrickGrid<float> grid;
   Occupancy occupancy{grid.view(), kChannels.first_source(), kChannels.first_source()};
   VolumeMarcher marcher{grid.view(), kChannels, occupancy, 0.5 * kVoxel_m};
   AzimuthRows rows;
 
-  explicit MarchedRow(int n_rays = 30, int n_slices = 3, std::vector<int> which = {4}) {
+  explicit MarchedRow(int n_rays = 30, int n_slices = 3, std::vector<int> which = {4}, bool plate = false)
+      : grid(matter(plate)) {
     for (const int i : which) {
       const RowRays rays = even_rays(view(), i, fan_over_ball(n_rays), n_slices, kBox_m);
       rows.begin_row(rays.grid, i, n_slices);
@@ -121,7 +122,7 @@ TEST_CASE("in the bin: a row is what the integrator makes of its segments, whate
 }
 
 TEST_CASE("over the footprint: the same power, spread, and closer to many rays than in the bin") {
-  MarchedRow few(12, 2), many(1200, 40);
+  MarchedRow few(12, 2, {4}, true), many(1200, 40, {4}, true);
   const std::vector<double> in_bin = few.bins(Deposit::in_bin), over = few.bins(Deposit::over_footprint);
   CHECK(sum(over) == Approx(sum(in_bin)).epsilon(1e-5));  // segments that emit next to nothing are left out
   const std::vector<double> truth = many.bins(Deposit::in_bin);
