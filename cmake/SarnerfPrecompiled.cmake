@@ -1,6 +1,6 @@
 # Precompiled headers, shared by targets whose units have the same flags. LibTorch's take 8 s of processor time to parse,
-# OpenVDB's 5, nlohmann's and the standard library's 3: without this, that is most of the build. Each kind is parsed once for libraries
-# and once for programs, because GCC compiles the former with -fPIC and the latter with -fPIE.
+# OpenVDB's 5, nlohmann's and the standard library's 3: without this, that is most of the build. Each kind is parsed once for
+# libraries and once for programs, because GCC compiles the former with -fPIC and the latter with -fPIE.
 #
 # A unit still names what it includes: tests/hygiene compiles every public header by itself, without any of these.
 set(sarnerf_precompiled_base
@@ -53,7 +53,8 @@ function(sarnerf_precompiled target kind)
   if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
     target_compile_options(${target} PRIVATE
       $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-array-bounds>
-      $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-stringop-overflow>)
+      $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-stringop-overflow>
+      $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-stringop-overread>)
   endif()
 endfunction()
 

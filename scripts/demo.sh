@@ -38,7 +38,7 @@ render() {
 
 scripts/setup.sh
 cmake --preset release
-build 330 sar_render sar_render
+build 340 sar_render sar_render
 
 render data/truck.obj --pitch 60 --azimuth 30 --ground grass --spacing 0.1 -o "$out/truck"
 echo "demo: the first picture is $PWD/$out/truck.png, $(since_start) after the start"
