@@ -332,13 +332,10 @@ Kind<std::vector<double>> incidences_deg(const CommandLine& command) {
 }
 
 Kind<double> radar_distance_m(const CommandLine& command) {
-  Kind<double> kind = between("M", kNearestRadar_m, kFarthestRadar_m);
-  kind.read = [&command, read = kind.read](auto& option, auto& text) {
+  return between("M", kNearestRadar_m, kFarthestRadar_m).checked([&command](auto&, auto&) {
     if (command.given("--altitude") && command.given("--slant-range"))
       throw UsageError("--altitude and --slant-range both place the radar; give one of them");
-    return read(option, text);
-  };
-  return kind;
+  });
 }
 
 }  // namespace sarnerf::app

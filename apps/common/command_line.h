@@ -75,7 +75,8 @@ class CommandLine {
   /// A step for what concerns several options: contradictions, and defaults that follow from other values.
   void then(std::function<void()> step);
 
-  /// Reads these options after all that were added so far: complaints about the others come first.
+  /// Reads these options after all that were added so far: complaints about the others come first. Passes
+  /// over names that were not added.
   void read_later(const std::vector<std::string>& names);
 
   /// Adds --threads, --max-memory, -q, -v, --config, --version. Call last: help shows them last.

@@ -81,6 +81,16 @@ struct Kind {
   std::function<std::string(const T&)> show;  ///< the text of a default in help; help passes over an empty one
   std::vector<std::string> names = {};        ///< unless empty, the parser itself refuses all other texts
 
+  /// The same, after a function that throws UsageError for some of the texts.
+  Kind checked(std::function<void(const std::string& option, const std::string& text)> refuse) const {
+    Kind kind = *this;
+    kind.read = [=, read = read](const auto& option, const auto& text) {
+      refuse(option, text);
+      return read(option, text);
+    };
+    return kind;
+  }
+
   /// The same, and one word for a value that no other text has: "N|auto", 0.
   Kind or_word(const std::string& word, const T& meaning) const {
     return {type + "|" + word,

@@ -34,24 +34,17 @@ std::string lower_ending(const std::filesystem::path& path) {
 }
 
 Kind<std::filesystem::path> file_of(const std::string& ending) {
-  Kind<std::filesystem::path> kind = path("FILE");
-  kind.read = [ending](const std::string& option, const std::string& text) {
+  return path("FILE").checked([ending](const std::string& option, const std::string& text) {
     if (lower_ending(text) != ending)
       throw UsageError(option + ": expected a file that ends in " + ending + ", found " + text);
-    return text;
-  };
-  return kind;
+  });
 }
 
-std::filesystem::path mesh_file(const std::filesystem::path& file) {
-  require_mesh_ending(file);
-  return file;
-}
-
-std::filesystem::path truth_file(const std::filesystem::path& file) {
-  require_scene_file(file);
-  if (lower_ending(file) == ".vdb") throw UsageError("--truth: expected a mesh or a scene of meshes, found a volume");
-  return file;
+Kind<std::filesystem::path> truth_file() {
+  return path("SCENE").checked([](const std::string& option, const std::string& text) {
+    require_scene_file(text);
+    if (lower_ending(text) == ".vdb") throw UsageError(option + ": expected a mesh or a scene of meshes, found a volume");
+  });
 }
 
 void refuse_extent_of_native(const CommandLine& command) {
@@ -97,14 +90,14 @@ void add_options(CommandLine& command, Options& o, BodyFlags& flags) {
   command.read_later({"OUT"});
 
   command.begin_group("Output");
-  command.add("--mesh", o.mesh, made_by("FILE", mesh_file), "Surface as .ply or .obj");
+  command.add("--mesh", o.mesh, path("FILE").checked([](auto&, auto& text) { require_mesh_ending(text); }), "Surface as .ply or .obj");
   command.add("--preview", o.preview, file_of(".png"), "Picture of it (.png)");
   command.add_flag("--overwrite", o.overwrite, "Replace output of a different recipe, or repeat the same");
   command.add_flag("--explain", o.explain, "Print the plan before the work, and the volume's grids after it");
   command.add_flag("--dry-run", o.dry_run, "Print the plan and stop; writes nothing");
 
   command.begin_group("Score");
-  command.add("--truth", o.truth, made_by("SCENE", truth_file), "Mesh or scene to compare with: OBJ, PLY, STL, OFF, .json");
+  command.add("--truth", o.truth, truth_file(), "Mesh or scene to compare with: OBJ, PLY, STL, OFF, .json");
   command.add("--truth-units", o.truth_options.units_m, units_m(),
               "Of the truth: m, cm, mm, km, ft, in, or metres as a number");
   command.add("--truth-scale", o.truth_options.scale, positive("FACTOR"), "Extra factor on the truth's coordinates");

@@ -40,13 +40,9 @@ constexpr const char* kExamples =
     "130 interrupted.";
 
 Kind<double> height_above_ground() {
-  Kind<double> kind = number("M");
-  kind.read = [](const std::string& option, const std::string& text) {
-    const double height_m = parse_number(option, text);
-    if (!(height_m > 0.0)) throw UsageError(option + ": " + text + " is not above 0 metres");
-    return height_m;
-  };
-  return kind;
+  return number("M").checked([](const std::string& option, const std::string& text) {
+    if (!(parse_number(option, text) > 0.0)) throw UsageError(option + ": " + text + " is not above 0 metres");
+  });
 }
 
 Kind<Smoothness> smoothness_of(const std::string& field) {

@@ -2,6 +2,7 @@
 #include "values.h"
 
 #include "catch.h"
+#include "command_line.h"
 #include "sarnerf/core/error.h"
 
 using namespace sarnerf;
@@ -49,6 +50,57 @@ TEST_CASE("sizes, spacings, vectors, units") {
   CHECK_THROWS_AS(parse_whole("--threads", "0", 1, 4), UsageError);
   CHECK_THROWS_AS(parse_whole("--threads", "2.5", 1, 4), UsageError);
   CHECK(parse_whole("--threads", "4", 1, 4) == 4);
+}
+
+TEST_CASE("kinds: words beside values, and what help shows of them") {
+  const auto steps = whole("N", 1, 9).or_word("auto", 0);
+  CHECK(steps.type == "N|auto");
+  CHECK(steps.read("--steps", "auto") == 0);
+  CHECK(steps.read("--steps", "4") == 4);
+  CHECK_THROWS_AS(steps.read("--steps", "0"), UsageError);
+  CHECK(steps.show(0) == "auto");
+  CHECK(steps.show(4) == "4");
+  const auto spacing = spacing_m().or_word("none");
+  CHECK(spacing.read("--spacing", "none") == std::nullopt);
+  CHECK(spacing.show(std::nullopt) == "none");
+  CHECK(spacing.show(std::pair(0.3, 0.3)) == "0.3");
+  CHECK(spacing.show(std::pair(0.3, 0.25)) == "0.3,0.25");
+  CHECK(angles_deg().show({0.0, 12.5}) == "0,12.5");
+  const auto side = one_of<int>({{"left", -1}, {"right", 1}});
+  CHECK(side.type == "left|right");
+  CHECK(side.read("--look", "right") == 1);
+  CHECK(side.show(-1) == "left");
+}
+
+TEST_CASE("options are read in the order in which they were added, unless told otherwise") {
+  const auto outcome = [](std::vector<std::string> arguments) {
+    CommandLine command("program", "", "");
+    double a = 1.0, b = 2.0;
+    std::optional<double> c;
+    command.add("-a,--alpha", a, positive("M"), "");
+    command.add("--beta", b, positive("M"), "");
+    command.then([&] {
+      if (command.given("--beta") && a > b) throw UsageError("alpha above beta");
+    });
+    command.add("--gamma", c, positive("M"), "");
+    command.read_later({"--beta", "--absent"});
+    std::vector<char*> pointers;
+    arguments.insert(arguments.begin(), "program");
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    try {
+      command.parse(static_cast<int>(pointers.size()), pointers.data());
+    } catch (const UsageError& e) {
+      return std::string(e.what());
+    }
+    return std::to_string(a) + " " + std::to_string(b) + " " + (c ? std::to_string(*c) : "none");
+  };
+  CHECK(outcome({}) == "1.000000 2.000000 none");
+  CHECK(outcome({"--beta", "4", "--gamma", "5", "-a", "1.5"}) == "1.500000 4.000000 5.000000");
+  CHECK(outcome({"--beta", "x", "--gamma", "x", "--alpha", "x"}).starts_with("--alpha: "));
+  CHECK(outcome({"--beta", "x", "--gamma", "x"}).starts_with("--gamma: "));
+  CHECK(outcome({"--beta", "x", "--alpha", "3"}) == "alpha above beta");  // against the default, --beta being unread
+  CHECK(outcome({"--beta", "x"}).starts_with("--beta: "));
+  CHECK(outcome({"--beta", "x", "--delta"}).starts_with("unknown option --delta"));
 }
 
 TEST_CASE("bytes: powers of 1024, with and without B") {
