@@ -330,15 +330,15 @@ void append_bins(SampleBatch& batch, std::vector<double>& near_bin, const RayGri
                  double near, double far, const BinCut& how) {
   const Acquisition& a = grid.acquisition();
   const double spacing_m = a.range_spacing_m;
-  // Rounding may put a near end that lies on a border to either side of it.
-  constexpr double kRounding = 1e-12;
+  // Rounding may put an end that lies on a border to either side of it.
+  const double gap = std::max(how.gap, 1e-12 * (1.0 + std::max(std::abs(near), std::abs(far))));
   if (!(static_cast<double>(batch.n_segments()) + (far - near) * (1.0 + 1.0 / how.longest) + 2.0 <
         static_cast<double>(std::numeric_limits<std::uint32_t>::max()))) {
     throw UsageError("a batch of rays holds at most 4294967295 segments; give it fewer rays");
   }
   for_each_bin_part(near, far, [&](double bin, double begin, double end) {
-    if (!(end - begin > std::max(how.gap, kRounding * std::abs(begin)))) return;
-    const double n_parts = std::max(1.0, std::ceil((end - begin) / how.longest - how.gap));
+    if (!(end - begin > gap)) return;
+    const double n_parts = std::max(1.0, std::ceil((end - begin) / how.longest - gap));
     const double length = (end - begin) / n_parts;
     for (double n = 0.0; n < n_parts; n += 1.0) {
       const double at = begin + n * length;

@@ -234,3 +234,19 @@ TEST_CASE("cut: occupied stretches at borders of bins, evenly, none too long; de
   CHECK(total_m(dense.batch()) == Approx(inside_m).epsilon(1e-6));
   CHECK(dense.n_segments() > cut.n_segments());
 }
+
+TEST_CASE("cut: a swath of whole bins has one segment each, however its ends are rounded") {
+  for (const double spacing_m : {0.1, 0.3, 0.37, 1.0 / 3.0}) {
+    Acquisition a = view();
+    a.range_spacing_m = spacing_m;
+    for (const int n : {6, 7, 24, 1001}) {
+      a.n_range = n;
+      const double half_m = 0.5 * n * spacing_m;
+      const RayGrid grid(a, make_fan({-1e-3, 1e-3}, 1));
+      AzimuthRows rows;
+      rows.begin_row(grid, 4, 1);
+      rows.cut(grid, std::vector<MarchRay>{{0.0, 0, 0, {-half_m, half_m}}}, spacing_m);
+      CHECK(rows.n_segments() == static_cast<std::size_t>(n));
+    }
+  }
+}
