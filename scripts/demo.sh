@@ -44,7 +44,7 @@ render data/truck.obj --pitch 60 --azimuth 30 --ground grass --spacing 0.1 -o "$
 echo "demo: the first picture is $PWD/$out/truck.png, $(since_start) after the start"
 
 build 400 "the programs that learn" sar_nerf_train sar_nerf_render sar_extract
-echo "demo: rendering the scenes of data/ and learning one of them: about 2 min"
+echo "demo: rendering the scenes of data/ and learning one of them: about 1 min"
 
 # The paper's Fig. 7: roof longer than the wall's layover, equal, shorter. At 35° another building coincides.
 for scene in building_14x8 building_10x10 building_8x14; do
