@@ -13,12 +13,6 @@
 
 namespace sarnerf {
 
-/// One line when much of the mesh is made of faces that meet in concave right angles: dihedral and
-/// trihedral corner reflectors answer by double and triple bounces, and an image of single bounces
-/// lacks them. Empty otherwise. Meshes of more than 200,000 triangles are not examined: they are scans
-/// of shapes rather than drawings of corners.
-std::string corner_reflector_warning(const Scene& scene);
-
 TriangleSubset take_triangles(const Mesh& mesh, std::span<const std::uint32_t> chosen,
                               const glm::dvec3& origin_m) {
   constexpr std::uint32_t kUnused = 0xffffffffu;
@@ -68,8 +62,10 @@ std::uint32_t opposite_corner(const glm::uvec3& t, std::uint32_t a, std::uint32_
   return t.x;
 }
 
-}  // namespace
-
+/// One line when much of the mesh is made of faces that meet in concave right angles: dihedral and
+/// trihedral corner reflectors answer by double and triple bounces, and an image of single bounces
+/// lacks them. Empty otherwise. Meshes of more than 200,000 triangles are not examined: they are scans
+/// of shapes rather than drawings of corners.
 std::string corner_reflector_warning(const Scene& scene) {
   const Mesh& mesh = scene.mesh;
   if (mesh.triangles.size() > kMaxTriangles) return {};
@@ -104,8 +100,6 @@ std::string corner_reflector_warning(const Scene& scene) {
                 100.0 * corner_m2 / total_m2);
   return text;
 }
-
-namespace {
 
 std::vector<std::uint32_t> opaque_triangles(const Scene& scene) {
   std::vector<std::uint32_t> chosen;

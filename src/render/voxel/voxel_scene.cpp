@@ -12,9 +12,9 @@
 
 namespace sarnerf {
 
-/// The occupied part of each of a volume's bricks of cells, as boxes in world coordinates.
-std::vector<Box> volume_boxes_m(const Occupancy& occupancy, const GridTransform& transform);
+namespace {
 
+/// The occupied part of each of a volume's bricks of cells, as boxes in world coordinates.
 std::vector<Box> volume_boxes_m(const Occupancy& occupancy, const GridTransform& transform) {
   std::vector<Box> boxes;
   boxes.reserve(occupancy.bricks().n_bricks());
@@ -28,8 +28,6 @@ std::vector<Box> volume_boxes_m(const Occupancy& occupancy, const GridTransform&
   }
   return boxes;
 }
-
-namespace {
 
 int n_extinctions(const FieldChannels& channels) { return channels.first_source(); }
 
