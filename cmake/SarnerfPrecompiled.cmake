@@ -1,13 +1,15 @@
 # Precompiled headers, shared by targets whose units have the same flags. LibTorch's take 8 s of processor time to parse,
-# OpenVDB's 5, nlohmann's and the standard library's 3: without this, that is most of the build. Each kind is parsed once for
-# libraries and once for programs, because GCC compiles the former with -fPIC and the latter with -fPIE.
+# OpenVDB's 5, nlohmann's and the standard library's 3: without this, that is most of the build. Each kind is parsed once.
+#
+# Reading them is not free: GCC instantiates what their inline functions ask for in every unit anew, 3 s for LibTorch's, 2 s for
+# OpenVDB's, 1 s for the base. Units of a target that include none of them go without (sarnerf_light_sources).
 #
 # A unit still names what it includes: tests/hygiene compiles every public header by itself, without any of these.
 set(sarnerf_precompiled_base
   <algorithm> <array> <atomic> <chrono> <cmath> <cstddef> <cstdint> <cstring> <exception> <filesystem> <fstream>
   <functional> <iterator> <limits> <map> <memory> <mutex> <numeric> <optional> <random> <set> <span> <sstream> <string>
   <string_view> <system_error> <thread> <tuple> <unordered_map> <utility> <variant> <vector>
-  <glm/glm.hpp> <nlohmann/json.hpp>)
+  <glm/glm.hpp> ${PROJECT_SOURCE_DIR}/src/core/json_view.h)
 set(sarnerf_precompiled_openvdb ${sarnerf_precompiled_base} <openvdb/openvdb.h>)
 set(sarnerf_precompiled_torch ${sarnerf_precompiled_base} <torch/types.h> <torch/csrc/autograd/custom_function.h>)
 set(sarnerf_precompiled_test ${sarnerf_precompiled_base} ${PROJECT_SOURCE_DIR}/tests/catch.h)
@@ -23,13 +25,13 @@ function(sarnerf_precompiled target kind)
   if(SARNERF_FUZZ)
     return()  # its sanitizers have options for single libraries
   endif()
+  # GCC takes precompiled headers of -fPIC for units of -fPIC alone, so that programs are compiled as libraries are.
   get_target_property(type ${target} TYPE)
   if(type STREQUAL "EXECUTABLE")
-    set(form program)
-  else()
-    set(form library)
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+    target_compile_options(${target} PRIVATE -fPIC)
   endif()
-  set(shared sarnerf_precompiled_${kind}_${form})
+  set(shared sarnerf_precompiled_${kind})
   if(NOT TARGET ${shared})
     set(unit ${PROJECT_BINARY_DIR}/precompiled/${shared}.cpp)
     file(CONFIGURE OUTPUT ${unit} CONTENT "")
@@ -40,11 +42,6 @@ function(sarnerf_precompiled target kind)
     target_precompile_headers(${shared} PRIVATE ${sarnerf_precompiled_${kind}})
     if(kind MATCHES "test$")
       target_include_directories(${shared} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
-    endif()
-    if(form STREQUAL "program")
-      # CMake has no word for "an object library for programs".
-      set_target_properties(${shared} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
-      target_compile_options(${shared} PRIVATE -fPIE)
     endif()
   endif()
   target_precompile_headers(${target} REUSE_FROM ${shared})
@@ -61,4 +58,9 @@ endfunction()
 # sarnerf_source_options(source options...): a source whose flags differ from its target's can use no precompiled headers.
 function(sarnerf_source_options source)
   set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS "${ARGN}" SKIP_PRECOMPILE_HEADERS ON)
+endfunction()
+
+# sarnerf_light_sources(source...): sources that include none of the libraries whose headers their target has precompiled.
+function(sarnerf_light_sources)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
 endfunction()

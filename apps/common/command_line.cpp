@@ -19,14 +19,31 @@
 
 namespace sarnerf::app {
 
+namespace {
+
 /// Long names of a parser's options, without dashes, and its positionals in lower case: "pitch", "scene".
-std::vector<std::string> option_names(const CLI::App& parser);
+std::vector<std::string> option_names(const CLI::App& parser) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : parser.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back(name);
+    if (option->get_positional()) names.push_back(CLI::detail::to_lower(option->get_name(true)));
+  }
+  return names;
+}
 
 /// A positional by its name in lower case; null when there is none.
-const CLI::Option* find_positional(const CLI::App& parser, const std::string& lower_name);
+const CLI::Option* find_positional(const CLI::App& parser, const std::string& lower_name) {
+  for (const CLI::Option* option : parser.get_options()) {
+    if (option->get_positional() && CLI::detail::to_lower(option->get_name(true)) == lower_name) return option;
+  }
+  return nullptr;
+}
 
 /// " (--pitch?)", the known name nearest to an unknown one, or nothing; `dashes` goes before it.
-std::string did_you_mean(const CLI::App& parser, const std::string& unknown, const std::string& dashes);
+std::string did_you_mean(const CLI::App& parser, const std::string& unknown, const std::string& dashes) {
+  const std::string close = closest_name(unknown, option_names(parser));
+  return close.empty() ? "" : " (" + dashes + close + "?)";
+}
 
 /// The reader behind --config: a TOML file without sections, with the names of the options (and of the
 /// positional in lower case), values as numbers, true or false, texts, or arrays of them for lists. It does
@@ -50,27 +67,6 @@ class ConfigFile : public CLI::ConfigTOML {
   const CLI::App& parser_;
   std::vector<std::vector<std::string>> groups_;
 };
-
-std::vector<std::string> option_names(const CLI::App& parser) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : parser.get_options()) {
-    for (const std::string& name : option->get_lnames()) names.push_back(name);
-    if (option->get_positional()) names.push_back(CLI::detail::to_lower(option->get_name(true)));
-  }
-  return names;
-}
-
-const CLI::Option* find_positional(const CLI::App& parser, const std::string& lower_name) {
-  for (const CLI::Option* option : parser.get_options()) {
-    if (option->get_positional() && CLI::detail::to_lower(option->get_name(true)) == lower_name) return option;
-  }
-  return nullptr;
-}
-
-std::string did_you_mean(const CLI::App& parser, const std::string& unknown, const std::string& dashes) {
-  const std::string close = closest_name(unknown, option_names(parser));
-  return close.empty() ? "" : " (" + dashes + close + "?)";
-}
 
 bool ConfigFile::overruled(const std::string& name) const {
   return std::any_of(groups_.begin(), groups_.end(), [&](const auto& group) {
@@ -116,8 +112,6 @@ std::vector<CLI::ConfigItem> ConfigFile::from_config(std::istream& input) const 
   }
   return kept;
 }
-
-namespace {
 
 constexpr const char* kGroup = "Program";
 

@@ -12,6 +12,8 @@
 
 namespace sarnerf::bench {
 
+namespace {
+
 /// Exactly the rays that the surface engine keeps for one view, laid out beforehand, with nothing left
 /// to do but to trace them: the bound that the engine is measured against.
 class KeptRays {
@@ -41,15 +43,11 @@ class KeptRays {
   std::vector<std::uint32_t> triangle_;
 };
 
-namespace {
-
 TriangleSubset whole_mesh(const Scene& scene) {
   std::vector<std::uint32_t> all(scene.mesh.triangles.size());
   std::iota(all.begin(), all.end(), 0u);
   return take_triangles(scene.mesh, all, scene.box.centre());
 }
-
-}  // namespace
 
 KeptRays::KeptRays(const Scene& scene, const ViewPlan& plan)
     : mesh_(whole_mesh(scene)),
@@ -133,6 +131,8 @@ void KeptRays::trace_one_by_one() {
     }
   }
 }
+
+}  // namespace
 
 nlohmann::json study_engine(const StudyOptions& options) {
   const ThreadLimit one_thread(1);

@@ -214,9 +214,6 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   return printed.text(o);
 }
 
-}  // namespace sarnerf::app
-
-namespace sarnerf::app {
 namespace {
 
 void run(const Options& options, Console& console) {
@@ -228,6 +225,7 @@ void run(const Options& options, Console& console) {
 }
 
 }  // namespace
+
 }  // namespace sarnerf::app
 
 int main(int argc, char** argv) {

@@ -218,9 +218,6 @@ std::string report_text(const Job& job, std::size_t n_rendered, double render_s)
   return j.dump(2) + "\n";
 }
 
-}  // namespace sarnerf::app
-
-namespace sarnerf::app {
 namespace {
 
 void run(const Options& options, Console& console) {
@@ -243,6 +240,7 @@ void run(const Options& options, Console& console) {
 }
 
 }  // namespace
+
 }  // namespace sarnerf::app
 
 int main(int argc, char** argv) {

@@ -25,8 +25,22 @@ namespace sarnerf::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+// Of a checkpoint.
 constexpr const char* kFormat = "sarnerf-checkpoint";
 constexpr int kCheckpointVersion = 2;
+
+// Of the best model.
+constexpr double kPerSchedule = 10.0;  ///< times that fields are judged: each costs as much as many steps
+constexpr double kLeastGain_db = 0.02;  ///< less is no improvement
+constexpr const char* kPrefix = "best.";
+
+// Of the curve.
+constexpr std::size_t kMostViews = 8;
+constexpr double kShare = 0.1;         ///< of the time, at most
+constexpr double kPointsPerSpan = 30;  ///< more are not seen in a diagram
+
+int place(double progress) { return static_cast<int>(progress * kPerSchedule); }
 
 }  // namespace
 
@@ -83,18 +97,6 @@ bool all_finite(const Archive& archive) {
   }
   return true;
 }
-
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-constexpr double kPerSchedule = 10.0;  ///< times that fields are judged: each costs as much as many steps
-constexpr double kLeastGain_db = 0.02;  ///< less is no improvement
-constexpr const char* kPrefix = "best.";
-
-int place(double progress) { return static_cast<int>(progress * kPerSchedule); }
-
-}  // namespace
 
 bool BestModel::due(double progress) const {
   return patience_ > 0.0 && place(progress) > n_judged_;
@@ -154,14 +156,6 @@ void BestModel::restore(const Archive& archive, const std::string& where) {
   (void)restore_field(*field_, where);
 }
 
-namespace {
-
-constexpr std::size_t kMostViews = 8;
-constexpr double kShare = 0.1;         ///< of the time, at most
-constexpr double kPointsPerSpan = 30;  ///< more are not seen in a diagram
-
-}  // namespace
-
 Curve::Curve(std::span<const PosedImage> validation, double peak_power)
     : validation_(validation),
       views_(spread_places(validation.size(), kMostViews)),
@@ -193,8 +187,6 @@ double Curve::measure(const LearnedField& field) {
 }
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string text_of(const MetricsLine& line) {
   Json j{{"step", line.step}, {"seconds", line.seconds}};

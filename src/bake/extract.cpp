@@ -9,6 +9,8 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/parallel.h"
+#include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/mlp_field.h"
 #include "sarnerf/nerf/model_file.h"
 #include "sarnerf/nerf/row_renderer.h"
 #include "return_map.h"

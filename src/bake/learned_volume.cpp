@@ -10,6 +10,8 @@
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/field/field_sampler.h"
+#include "sarnerf/nerf/grid_field.h"
+#include "sarnerf/nerf/mlp_field.h"
 
 namespace sarnerf {
 

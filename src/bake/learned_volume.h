@@ -11,12 +11,13 @@
 #include "sarnerf/field/brick_grid.h"
 #include "sarnerf/field/field_sampler.h"
 #include "sarnerf/geometry/acquisition.h"
-#include "sarnerf/nerf/grid_field.h"
-#include "sarnerf/nerf/mlp_field.h"
 #include "sarnerf/scene/vdb_scene.h"
 #include "vdb/vdb_grids.h"
 
 namespace sarnerf {
+
+class GridField;  // sarnerf/nerf/grid_field.h and mlp_field.h, which need LibTorch
+class MlpField;
 
 /// A learned field as voxels: κ (1/m) and coefficients γ_lm of the brightness, in world axes centred on the aim point.
 struct LearnedVolume {

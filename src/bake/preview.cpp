@@ -21,14 +21,10 @@
 
 namespace sarnerf {
 
-/// A letter is 5 × 7 dots, and 6 dots from the next.
-inline constexpr int kLetterHeight = 7, kLetterPitch = 6;
-
-/// Writes the letters, digits and full stops that previews need, each dot `scale` pixels square, with the first one's
-/// upper left corner at (line, column); other characters are blanks. What lies beyond the picture is left out.
-void draw_text(Image<Colour>& picture, int line, int column, std::string_view text, int scale, const Colour& colour);
-
 namespace {
+
+/// A letter is 5 × 7 dots, and 6 dots from the next.
+constexpr int kLetterHeight = 7, kLetterPitch = 6;
 
 struct Letter {
   char character;
@@ -64,8 +60,8 @@ constexpr Letter kLetters[] = {
 };
 // clang-format on
 
-}  // namespace
-
+/// Writes the letters, digits and full stops that previews need, each dot `scale` pixels square, with the first one's
+/// upper left corner at (line, column); other characters are blanks. What lies beyond the picture is left out.
 void draw_text(Image<Colour>& picture, int line, int column, std::string_view text, int scale, const Colour& colour) {
   for (std::size_t n = 0; n < text.size(); ++n) {
     const auto letter = std::find_if(std::begin(kLetters), std::end(kLetters),
@@ -83,8 +79,6 @@ void draw_text(Image<Colour>& picture, int line, int column, std::string_view te
     }
   }
 }
-
-namespace {
 
 constexpr int kRaysPerSide = 2;  ///< of a pixel
 constexpr int kLeastSide = 200, kLargestSide = 16384;

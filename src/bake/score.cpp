@@ -23,31 +23,6 @@
 
 namespace sarnerf {
 
-/// Box of the vertices that triangles use; empty for a mesh without triangles. Throws InputError, naming the
-/// mesh, for corners that do not exist and for coordinates that are not finite.
-Box checked_box(const SurfaceMesh& mesh, const std::string& name);
-
-Box checked_box(const SurfaceMesh& mesh, const std::string& name) {
-  const std::size_t n_vertices = mesh.vertices_m.size();
-  for (std::size_t v = 0; v < n_vertices; ++v) {
-    const glm::dvec3& p = mesh.vertices_m[v];
-    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
-    throw InputError(name + ": vertex " + std::to_string(v) + " is not finite; expected coordinates in metres");
-  }
-  Box box;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (int corner = 0; corner < 3; ++corner) {
-      const std::uint32_t v = mesh.triangles[t][corner];
-      if (v >= n_vertices) {
-        throw InputError(name + ": triangle " + std::to_string(t) + " uses vertex " + std::to_string(v) + " of " +
-                         std::to_string(n_vertices) + ", counted from 0");
-      }
-      box.include(mesh.vertices_m[v]);
-    }
-  }
-  return box;
-}
-
 namespace {
 
 /// Six times the volume between triangles and an apex.
@@ -128,6 +103,29 @@ struct Side {
   std::vector<SurfaceSample> samples;  ///< not buried
   std::vector<std::uint8_t> seen;      ///< per sample
 };
+
+/// Box of the vertices that triangles use; empty for a mesh without triangles. Throws InputError, naming the
+/// mesh, for corners that do not exist and for coordinates that are not finite.
+Box checked_box(const SurfaceMesh& mesh, const std::string& name) {
+  const std::size_t n_vertices = mesh.vertices_m.size();
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    const glm::dvec3& p = mesh.vertices_m[v];
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) continue;
+    throw InputError(name + ": vertex " + std::to_string(v) + " is not finite; expected coordinates in metres");
+  }
+  Box box;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint32_t v = mesh.triangles[t][corner];
+      if (v >= n_vertices) {
+        throw InputError(name + ": triangle " + std::to_string(t) + " uses vertex " + std::to_string(v) + " of " +
+                         std::to_string(n_vertices) + ", counted from 0");
+      }
+      box.include(mesh.vertices_m[v]);
+    }
+  }
+  return box;
+}
 
 SurfaceMesh about(const SurfaceMesh& mesh, const glm::dvec3& centre_m) {
   SurfaceMesh moved = mesh;

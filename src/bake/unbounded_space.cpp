@@ -13,6 +13,8 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// Which places of a body are full, `step_m` apart, layer by layer along y; with a margin of one that is empty.
 class BodyPlaces {
  public:
@@ -75,8 +77,6 @@ BodyPlaces::BodyPlaces(const openvdb::FloatGrid& occupancy, const GridTransform&
         }
   });
 }
-
-namespace {
 
 /// Share of the views to which a surface returns power, and how near it they do, in steps between places.
 constexpr double kSeen = 0.1, kNear = 0.75;

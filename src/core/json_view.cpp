@@ -8,6 +8,9 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
 
+template class nlohmann::basic_json<nlohmann::ordered_map>;
+template class nlohmann::detail::serializer<nlohmann::ordered_json>;
+
 namespace sarnerf {
 
 namespace {

@@ -13,6 +13,11 @@
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 
+// nlohmann's classes are compiled once, in json_view.cpp, and not again in each unit that reads or writes JSON: this header is
+// precompiled. A unit that is compiled without it makes instances of its own.
+extern template class nlohmann::basic_json<nlohmann::ordered_map>;
+extern template class nlohmann::detail::serializer<nlohmann::ordered_json>;
+
 namespace sarnerf {
 
 /// What kinds of documents differ in: how complaints word what was expected, and how many keys an object may have.

@@ -20,15 +20,6 @@
 
 namespace sarnerf {
 
-inline constexpr std::string_view kManifestFormat = "sarnerf-dataset";
-inline constexpr int kManifestVersion = 1;
-
-/// In the order of enum class Axis.
-inline constexpr std::array<std::string_view, 4> kAxisNames{"+i", "-i", "+j", "-j"};
-
-/// In the order of enum class Look.
-inline constexpr std::array<std::string_view, 2> kLookNames{"right", "left"};
-
 Acquisition acquisition_of(const DatasetView& view, const glm::dvec3& aim_m) {
   Acquisition a;
   a.azimuth_rad = rad_from_deg(view.azimuth_deg);
@@ -63,6 +54,15 @@ Box scene_box_of_swath(const glm::dvec3& aim_m, std::span<const DatasetView> vie
 }
 
 namespace {
+
+constexpr std::string_view kManifestFormat = "sarnerf-dataset";
+constexpr int kManifestVersion = 1;
+
+/// In the order of enum class Axis.
+constexpr std::array<std::string_view, 4> kAxisNames{"+i", "-i", "+j", "-j"};
+
+/// In the order of enum class Look.
+constexpr std::array<std::string_view, 2> kLookNames{"right", "left"};
 
 /// Keeps the order of keys, so that what is read and written again stays the same text.
 using Json = nlohmann::ordered_json;

@@ -22,6 +22,8 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// The "Name= value" lines of a Phoenix header. Every complaint is an InputError that names file and field.
 class PhoenixHeader {
  public:
@@ -44,8 +46,6 @@ class PhoenixHeader {
   std::map<std::string, std::string, std::less<>> fields_;
 };
 
-namespace {
-
 constexpr std::string_view kBegin = "[PhoenixHeaderVer";
 constexpr std::string_view kEnd = "[EndofPhoenixHeader]";
 
@@ -56,13 +56,6 @@ std::string_view trimmed(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t\r");
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
-}  // namespace
-
-bool begins_as_phoenix(std::string_view text) {
-  const std::size_t begin = std::min(text.find_first_not_of("\r\n"), text.size());
-  return begin <= kPhoenixHeadBytes - kBegin.size() && text.substr(begin).starts_with(kBegin);
 }
 
 PhoenixHeader::PhoenixHeader(std::string_view file, std::string where) : where_(std::move(where)) {
@@ -120,8 +113,6 @@ std::size_t PhoenixHeader::whole_number(std::string_view name, std::size_t least
 }
 
 void PhoenixHeader::fail(const std::string& what) const { throw InputError(where_ + ": " + what); }
-
-namespace {
 
 constexpr std::size_t kMostSide = 65535;
 
@@ -226,6 +217,11 @@ std::optional<Resolution> resolution_in(const PhoenixHeader& header) {
 }
 
 }  // namespace
+
+bool begins_as_phoenix(std::string_view text) {
+  const std::size_t begin = std::min(text.find_first_not_of("\r\n"), text.size());
+  return begin <= kPhoenixHeadBytes - kBegin.size() && text.substr(begin).starts_with(kBegin);
+}
 
 PhoenixChip parse_phoenix(std::span<const std::byte> bytes, const std::string& where) {
   const PhoenixHeader header({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, where);

@@ -18,6 +18,8 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// Mean of what `value` finds in those that have it; none where none has.
 template <class T, class Value>
 std::optional<double> mean_of_present(std::span<const T> all, Value&& value) {
@@ -32,8 +34,6 @@ std::optional<double> mean_of_present(std::span<const T> all, Value&& value) {
   if (count == 0) return std::nullopt;
   return sum / count;
 }
-
-namespace {
 
 double capped(double psnr_db) { return std::min(psnr_db, kMostPsnr_db); }
 

@@ -14,6 +14,8 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// Cells of eight voxels around a block of points: the lowest of the eight, and where in the cell the
 /// point lies. An array per number, so that the loops that fill them are vectorised.
 struct Cells {
@@ -54,8 +56,6 @@ inline void find_cells(const GridTransform& transform, std::span<const glm::vec3
                      points_m.size(), cells.voxel[axis].data(), cells.fraction[axis].data());
   }
 }
-
-namespace {
 
 /// Weights of the four pairs of corners that differ in z; each pair lies side by side in memory.
 std::array<float, 4> pair_weights(const glm::vec3& f) {

@@ -90,6 +90,12 @@ void AzimuthRows::clear() {
   ray_slice_.clear();
 }
 
+std::size_t AzimuthRows::n_pixels() const {
+  std::size_t n = 0;
+  for (const Row& row : rows_) n += static_cast<std::size_t>(row.acquisition.n_range);
+  return n;
+}
+
 void AzimuthRows::begin_row(const RayGrid& grid, int row, int n_slices) {
   rows_.push_back({grid.acquisition(), row, grid.fan(), n_slices, batch_.n_rays(), batch_.n_rays()});
 }

@@ -13,6 +13,8 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// A walk along a straight line through cubes of cells whose size may change from step to step. Which
 /// cube comes next is decided by integers, so that rounding can neither skip one nor stand still.
 class CellWalk {
@@ -62,8 +64,6 @@ class CellWalk {
   glm::dvec3 start_, step_, inverse_;
   glm::ivec3 cell_, forward_;
 };
-
-namespace {
 
 /// Segments that are sampled before the ray is asked whether it ends.
 constexpr double kSegmentsPerRun = 2.0;

@@ -14,27 +14,13 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// An attribute's name and its value as the reader means it: the writer escapes.
 using HtmlAttribute = std::pair<std::string_view, std::string_view>;
 
 /// Text as HTML and XML show it: clean (see svg.h) and escaped.
-std::string html_text(std::string_view text);
-
-/// Writes elements with their ends, so that what is opened is closed: `inner` is markup.
-std::string element(std::string_view name, std::initializer_list<HtmlAttribute> attributes,
-                    std::string_view inner);
-
-/// The same around a text.
-std::string text_element(std::string_view name, std::initializer_list<HtmlAttribute> attributes,
-                         std::string_view text);
-
-/// An element that has no end in HTML, as <img …/>.
-std::string void_element(std::string_view name, std::initializer_list<HtmlAttribute> attributes);
-
-/// The style sheet of a page. Plots keep their palette on dark paper; what is paper, ink or grid in them changes.
-std::string page_style();
-
-namespace {
+std::string html_text(std::string_view text) { return escaped(clean_text(text)); }
 
 std::string opening(std::string_view name, std::initializer_list<HtmlAttribute> attributes) {
   std::string out = "<" + std::string(name);
@@ -45,26 +31,23 @@ std::string opening(std::string_view name, std::initializer_list<HtmlAttribute> 
   return out;
 }
 
-}  // namespace
-
-std::string html_text(std::string_view text) { return escaped(clean_text(text)); }
-
+/// Writes elements with their ends, so that what is opened is closed: `inner` is markup.
 std::string element(std::string_view name, std::initializer_list<HtmlAttribute> attributes,
                     std::string_view inner) {
   const std::string end = "</" + std::string(name) + ">\n";
   return opening(name, attributes) + '>' + std::string(inner) + end;
 }
 
+/// The same around a text.
 std::string text_element(std::string_view name, std::initializer_list<HtmlAttribute> attributes,
                          std::string_view text) {
   return element(name, attributes, html_text(text));
 }
 
+/// An element that has no end in HTML, as <img …/>.
 std::string void_element(std::string_view name, std::initializer_list<HtmlAttribute> attributes) {
   return opening(name, attributes) + "/>\n";
 }
-
-namespace {
 
 /// Neither < nor & occurs, so that the style sheet is the same in HTML and in XML.
 constexpr std::string_view kStyle = R"(
@@ -202,16 +185,13 @@ std::string repainted(std::string_view from, std::string_view to) {
   return rules;
 }
 
-}  // namespace
-
+/// The style sheet of a page. Plots keep their palette on dark paper; what is paper, ink or grid in them changes.
 std::string page_style() {
   return std::string(kStyle) + "@media screen and (prefers-color-scheme: dark) {\n" +
          "  .plot text { fill: var(--ink); }\n" + repainted(kPaper, "var(--paper)") +
          repainted(kInk, "var(--ink)") + repainted(kQuietInk, "var(--quiet)") +
          repainted(kGridInk, "#2d323a") + repainted(kBorderInk, "var(--rule)") + "}\n";
 }
-
-namespace {
 
 /// Pictures of up to so many pixels a side are enlarged, and show their pixels as they are.
 constexpr int kCoarseSide = 400;

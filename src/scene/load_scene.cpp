@@ -22,6 +22,8 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// Decides which material of the library covers each face, and collects those in use. Materials that the
 /// user names must exist; names that come with a mesh are looked up, and what is not found is "default".
 class MaterialBinding {
@@ -131,8 +133,6 @@ void MaterialBinding::bind(const MeshEntry& entry, TriangleSoup& soup) {
   // Who gave materials meant to name them all.
   (file_.materials_source.empty() ? report_.notes : report_.warnings).push_back(what);
 }
-
-namespace {
 
 using Clock = std::chrono::steady_clock;
 

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Modules include only modules that docs/design.md puts above them, and the headers of the sampling core
-# no third-party library but GLM.
+# Modules include only modules that docs/design.md puts above them, rooms of a module only rooms above them, and the headers of
+# the sampling core no third-party library but GLM.
 set -eu
 bad=0
 
@@ -42,6 +42,45 @@ for module in $(ls include/sarnerf src | grep -vE ':|\.|^$' | sort -u); do
     case " $module $(echo $layers) " in
       *" $used "*) ;;
       *) echo "${use%:*}: $module may not include sarnerf/$used (allowed: $(echo $layers))"; bad=1 ;;
+    esac
+  done
+done
+
+# The folders of a module's sources, and what each may use of the others. Files beside them may use all.
+rooms() {
+  case $1 in
+    nerf/ground) ;;
+    nerf/field) echo ground ;;
+    nerf/mlp) echo ground field ;;
+    nerf/files) echo ground field mlp ;;
+    nerf/train) echo ground field mlp files ;;
+    scene/readers | scene/cgal) ;;
+    scene/repair) echo cgal ;;
+    scene/vdb) echo readers ;;
+    scene/voxelise) echo cgal vdb ;;
+    render/layers | render/formation) ;;
+    render/surface | render/voxel) echo layers ;;
+    *) return 1 ;;
+  esac
+}
+
+for dir in src/*/*/; do
+  [ -d "$dir" ] || continue
+  room=${dir#src/}
+  room=${room%/}
+  module=${room%%/*}
+  if ! above=$(rooms "$room"); then
+    echo "$dir: a folder that docs/design.md and tests/hygiene/check_includes.sh do not place"
+    bad=1
+    continue
+  fi
+  for use in $(grep -rnE '^ *# *include *"[a-z_]+/' "$dir" --include='*.h' --include='*.cpp' |
+    sed -E 's|^([^:]*:[0-9]+):[^"]*"([a-z_]+)/.*|\1:\2|'); do
+    used=${use##*:}
+    [ -d "src/$module/$used" ] || continue
+    case " ${room#*/} $(echo $above) " in
+      *" $used "*) ;;
+      *) echo "${use%:*}: $room may not include $module/$used (allowed: $(echo $above))"; bad=1 ;;
     esac
   done
 done

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <random>
 
+#include "files/archives.h"
 #include "ground_scene.h"
-#include "train/response.h"
 #include "sarnerf/core/impulse_response.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/image.h"
@@ -15,6 +15,7 @@
 #include "small_grid.h"
 #include "small_set.h"
 #include "torch_catch.h"
+#include "train/response.h"
 
 using namespace sarnerf;
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "catch.h"
-#include "voxelise/voxel_brick.h"
+#include "vdb/vdb_grids.h"
 #include "vdb_scenes.h"
 
 using namespace sarnerf;

@@ -18,8 +18,10 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// SliceLine::face of the ground.
-inline constexpr std::uint32_t kGroundFace = 0xfffffffeu;
+constexpr std::uint32_t kGroundFace = 0xfffffffeu;
 
 /// The infinite ground plane as slices cut it: one and the same line in all of them.
 class SliceGround {
@@ -44,59 +46,7 @@ class SliceGround {
   std::optional<SliceLine> line_;
 };
 
-/// A flat opaque face as it answers the radar of one view.
-struct FaceLook {
-  const Material* material = nullptr;
-  const glm::dmat4* object_from_world = nullptr;  ///< of its texture
-  bool two_sided = false;                         ///< thin shell
-  glm::dvec3 normal{0.0};                         ///< unit vector: along h, along v, along k
-
-  /// −n·d.
-  double cosine(double tangent) const {
-    return -(normal.z + tangent * normal.y) / std::sqrt(1.0 + tangent * tangent);
-  }
-  /// γ without texture (docs/equations.md, E3).
-  double brightness(double tangent) const;
-};
-
-/// The face of a mesh; a face without area has a zero normal, which scatters nothing.
-FaceLook look_of_face(const Scene& scene, std::uint32_t triangle, const RadarFrame& frame);
-FaceLook look_of_ground(const Scene& scene, const RadarFrame& frame);
-
-/// Spreads what visible pieces of faces scatter over one row's range bins: γ dδ, divided where the checker's
-/// squares meet, then until range and γ are so straight that no bin is wrong by a millionth.
-class PieceDeposit {
- public:
-  /// `width_m`: of a slice along track, over which the range of a face at one ray angle moves as its plane says.
-  PieceDeposit(const SliceFrame& frame, double width_m, std::span<double> bins)
-      : frame_(frame), width_m_(width_m), bins_(bins) {}
-
-  /// Deposits the rays between two tangents of the slice at along-track coordinate a, times `weight`.
-  void add(const FaceLook& look, const SliceLine& line, double along_m, double first, double last, double weight);
-
- private:
-  struct Ray {
-    double tangent, bin, gamma;
-  };
-  Ray ray_at(const FaceLook& look, const SliceLine& line, double tangent) const {
-    return {tangent, frame_.bin_at(line, tangent), look.brightness(tangent)};
-  }
-  void divide(const FaceLook& look, const SliceLine& line, const Ray& first, const Ray& last, double weight);
-  /// Leaves the tangents at which the line passes from one square to the next in squares_, in order, with both
-  /// ends; false if the squares are too fine to be told apart.
-  bool find_squares(const FaceLook& look, const SliceLine& line, double along_m, double first, double last);
-
-  const SliceFrame& frame_;
-  double width_m_;
-  std::span<double> bins_;
-  std::vector<double> squares_;
-};
-
-namespace {
-
 constexpr double kCoplanar_m = 1e-3;
-
-}  // namespace
 
 SliceGround::SliceGround(const Acquisition& view, double height_m)
     : slant_range_m_(view.slant_range_m),
@@ -162,25 +112,20 @@ void SliceGround::cover(std::span<const VisiblePiece> pieces, std::span<const Sl
   add_ground(done, std::numeric_limits<double>::infinity());
 }
 
-namespace {
+/// A flat opaque face as it answers the radar of one view.
+struct FaceLook {
+  const Material* material = nullptr;
+  const glm::dmat4* object_from_world = nullptr;  ///< of its texture
+  bool two_sided = false;                         ///< thin shell
+  glm::dvec3 normal{0.0};                         ///< unit vector: along h, along v, along k
 
-/// Largest departure from a straight line between range and angle (bins).
-constexpr double kBinTolerance = 4e-7;
-/// Largest relative change of γ in a part, times the bins that it spans: what a uniform part puts into the wrong
-/// one of two bins is an eighth of that, in units of a bin's power.
-constexpr double kGammaTolerance = 4e-6;
-/// Parts this narrow (m) across the rays are not divided: what is so narrow and still bent is seen edge-on.
-constexpr double kNarrowest_m = 1e-6;
-/// As for the surface engine: a face seen exactly edge-on has no finite slope, and no area either.
-constexpr double kSteepest = 1e-6;
-/// Squares of a checker within one piece beyond which only their mean counts, which is 1.
-constexpr double kMostSquares = 20'000.0;
-
-glm::dvec3 along_radar(const glm::dvec3& world, const RadarFrame& frame) {
-  return {glm::dot(world, frame.h), glm::dot(world, frame.v), glm::dot(world, frame.k)};
-}
-
-}  // namespace
+  /// −n·d.
+  double cosine(double tangent) const {
+    return -(normal.z + tangent * normal.y) / std::sqrt(1.0 + tangent * tangent);
+  }
+  /// γ without texture (docs/equations.md, E3).
+  double brightness(double tangent) const;
+};
 
 double FaceLook::brightness(double tangent) const {
   const double c = two_sided ? std::abs(cosine(tangent)) : cosine(tangent);
@@ -189,6 +134,11 @@ double FaceLook::brightness(double tangent) const {
   return material->gamma0 * (p == 0.0 ? 1.0 : p == 1.0 ? c : std::pow(c, p));
 }
 
+glm::dvec3 along_radar(const glm::dvec3& world, const RadarFrame& frame) {
+  return {glm::dot(world, frame.h), glm::dot(world, frame.v), glm::dot(world, frame.k)};
+}
+
+/// The face of a mesh; a face without area has a zero normal, which scatters nothing.
 FaceLook look_of_face(const Scene& scene, std::uint32_t triangle, const RadarFrame& frame) {
   const glm::uvec3& c = scene.mesh.triangles[triangle];
   const auto& v = scene.mesh.vertices_m;
@@ -203,6 +153,47 @@ FaceLook look_of_ground(const Scene& scene, const RadarFrame& frame) {
   static const glm::dmat4 world(1.0);
   return {&scene.materials[scene.ground->material], &world, false, along_radar({0.0, 1.0, 0.0}, frame)};
 }
+
+/// Largest departure from a straight line between range and angle (bins).
+constexpr double kBinTolerance = 4e-7;
+/// Largest relative change of γ in a part, times the bins that it spans: what a uniform part puts into the wrong
+/// one of two bins is an eighth of that, in units of a bin's power.
+constexpr double kGammaTolerance = 4e-6;
+/// Parts this narrow (m) across the rays are not divided: what is so narrow and still bent is seen edge-on.
+constexpr double kNarrowest_m = 1e-6;
+/// As for the surface engine: a face seen exactly edge-on has no finite slope, and no area either.
+constexpr double kSteepest = 1e-6;
+/// Squares of a checker within one piece beyond which only their mean counts, which is 1.
+constexpr double kMostSquares = 20'000.0;
+
+/// Spreads what visible pieces of faces scatter over one row's range bins: γ dδ, divided where the checker's
+/// squares meet, then until range and γ are so straight that no bin is wrong by a millionth.
+class PieceDeposit {
+ public:
+  /// `width_m`: of a slice along track, over which the range of a face at one ray angle moves as its plane says.
+  PieceDeposit(const SliceFrame& frame, double width_m, std::span<double> bins)
+      : frame_(frame), width_m_(width_m), bins_(bins) {}
+
+  /// Deposits the rays between two tangents of the slice at along-track coordinate a, times `weight`.
+  void add(const FaceLook& look, const SliceLine& line, double along_m, double first, double last, double weight);
+
+ private:
+  struct Ray {
+    double tangent, bin, gamma;
+  };
+  Ray ray_at(const FaceLook& look, const SliceLine& line, double tangent) const {
+    return {tangent, frame_.bin_at(line, tangent), look.brightness(tangent)};
+  }
+  void divide(const FaceLook& look, const SliceLine& line, const Ray& first, const Ray& last, double weight);
+  /// Leaves the tangents at which the line passes from one square to the next in squares_, in order, with both
+  /// ends; false if the squares are too fine to be told apart.
+  bool find_squares(const FaceLook& look, const SliceLine& line, double along_m, double first, double last);
+
+  const SliceFrame& frame_;
+  double width_m_;
+  std::span<double> bins_;
+  std::vector<double> squares_;
+};
 
 bool PieceDeposit::find_squares(const FaceLook& look, const SliceLine& line, double along_m, double first,
                                 double last) {
@@ -263,8 +254,6 @@ void PieceDeposit::divide(const FaceLook& look, const SliceLine& line, const Ray
   deposit_trapezoid(bins_, first.bin, last.bin, width_m_ * per_m * frame_.bins_per_m,
                     weight * gamma * SliceFrame::angle_between(first.tangent, last.tangent));
 }
-
-namespace {
 
 struct Parts {
   std::vector<std::uint32_t> opaque, media;

@@ -103,6 +103,7 @@ class AzimuthRows {
   const SampleBatch& batch() const { return batch_; }
   const BatchField& field() const { return field_; }
   std::size_t n_segments() const { return batch_.n_segments(); }
+  std::size_t n_pixels() const;  ///< of the rows, one behind the other
   std::uint32_t first_segment(const Row& row) const { return batch_.ray_begin[row.first_ray]; }
   std::uint32_t end_segment(const Row& row) const { return batch_.ray_begin[row.end_ray]; }
 

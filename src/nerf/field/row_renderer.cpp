@@ -72,11 +72,7 @@ void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<con
     throw UsageError("gradients must be as many as the values of the active voxels");
   const auto& parts = memory_->parts;
   std::vector<std::size_t> first_pixel{0};
-  for (const auto& part : parts) {
-    std::size_t n = 0;
-    for (const AzimuthRows::Row& row : part->rows.rows()) n += static_cast<std::size_t>(row.acquisition.n_range);
-    first_pixel.push_back(first_pixel.back() + n);
-  }
+  for (const auto& part : parts) first_pixel.push_back(first_pixel.back() + part->rows.n_pixels());
   if (pixel_gradients.size() != first_pixel.back())
     throw UsageError("gradients must be as many as the pixels of the last forward pass");
 

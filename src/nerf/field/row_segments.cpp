@@ -22,8 +22,7 @@ RowSegments::RowSegments(std::span<const RowRequest> rows, const RaySampling& sa
     const auto first = static_cast<std::uint32_t>(point_m_.size());
     first_segment_.push_back(first);
     first_pixel_.push_back(pixel);
-    for (const AzimuthRows::Row& row : part->rows.rows())
-      pixel += static_cast<std::size_t>(row.acquisition.n_range);
+    pixel += part->rows.n_pixels();
     point_m_.insert(point_m_.end(), batch.point_m.begin(), batch.point_m.end());
     ray_direction_.insert(ray_direction_.end(), batch.ray_direction.begin(),
                           batch.ray_direction.end());

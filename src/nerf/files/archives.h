@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/image.h"
 #include "sarnerf/core/impulse_response.h"
 #include "sarnerf/nerf/density_cache.h"
 #include "sarnerf/nerf/ground.h"
@@ -35,6 +36,10 @@ T member(const Json& object, const std::string& name, const std::string& where) 
                           "another version?");
   }
 }
+
+/// A copy of an image's pixels, [n_azimuth, n_range] float32, and its inverse.
+torch::Tensor tensor_of(const Image<float>& image);
+Image<float> image_of(const torch::Tensor& pixels);
 
 /// A ground in a model file, and its inverse: null where the archive has none. Throws CheckpointError for a damaged one.
 void add_ground(Archive& archive, const LevelGround& ground);

@@ -3,8 +3,6 @@
 
 #include <memory>
 
-#include <torch/optim/adam.h>
-
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/nerf/mlp_field.h"
 #include "sarnerf/nerf/trainer.h"
@@ -35,25 +33,8 @@ class FieldLearner {
 /// Throws UsageError for a field that is not known.
 std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options, const Monitor& monitor = {});
 
-/// Learns an MlpField: Adam over all weights, and now and then a look at where there is matter.
-class MlpLearner : public FieldLearner {
- public:
-  MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor = {});
-
-  const LearnedField& field() const override { return field_; }
-  bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
-  void minimise(const torch::Tensor& loss, double rate) override;
-  Archive state() const override;
-  void restore(const Archive& archive, const std::string& where) override;
-
- private:
-  void restart_optimiser();
-  torch::optim::AdamParamState* moments() const;  ///< null before the first step
-
-  MlpOptions options_;
-  MlpField field_;
-  std::unique_ptr<torch::optim::Adam> adam_;
-  std::int64_t steps_since_refresh_ = 0;
-};
+/// The learner of an MlpField.
+std::unique_ptr<FieldLearner> make_mlp_learner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed,
+                                               const Monitor& monitor);
 
 }  // namespace sarnerf

@@ -1,11 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include <torch/optim/adam.h>
+
 #include "files/archives.h"
 #include "sarnerf/core/error.h"
 #include "train/field_learner.h"
 
 namespace sarnerf {
+
+namespace {
+
+/// Learns an MlpField: Adam over all weights, and now and then a look at where there is matter.
+class MlpLearner : public FieldLearner {
+ public:
+  MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor);
+
+  const LearnedField& field() const override { return field_; }
+  bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
+  void minimise(const torch::Tensor& loss, double rate) override;
+  Archive state() const override;
+  void restore(const Archive& archive, const std::string& where) override;
+
+ private:
+  void restart_optimiser();
+  torch::optim::AdamParamState* moments() const;  ///< null before the first step
+
+  MlpOptions options_;
+  MlpField field_;
+  std::unique_ptr<torch::optim::Adam> adam_;
+  std::int64_t steps_since_refresh_ = 0;
+};
 
 MlpLearner::MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor)
     : options_(options), field_(initial_mlp_field(set, options, seed, monitor)) {
@@ -85,6 +110,13 @@ void MlpLearner::restore(const Archive& archive, const std::string& where) {
   state->exp_avg(take("adam_mean"));
   state->exp_avg_sq(take("adam_square"));
   state->step(steps);
+}
+
+}  // namespace
+
+std::unique_ptr<FieldLearner> make_mlp_learner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed,
+                                               const Monitor& monitor) {
+  return std::make_unique<MlpLearner>(set, options, seed, monitor);
 }
 
 }  // namespace sarnerf

@@ -17,10 +17,6 @@
 
 namespace sarnerf {
 
-/// A copy of an image's pixels, [n_azimuth, n_range] float32, and its inverse.
-torch::Tensor tensor_of(const Image<float>& image);
-Image<float> image_of(const torch::Tensor& pixels);
-
 /// What an impulse response makes of the mean power X of an image and a border around it: B X = A X R, what
 /// convolve_power() leaves inside of the border. In products of matrices, which is what iterations ask for.
 struct ResponseMatrix {

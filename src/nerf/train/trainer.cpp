@@ -106,7 +106,7 @@ void RowQueue::restore(const Archive& archive, const std::string& where) {
 std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options, const Monitor& monitor) {
   if (options.field == "grid")
     return std::make_unique<GridLearner>(set, options.grid, options.rows_per_step, monitor);
-  if (options.field == "mlp") return std::make_unique<MlpLearner>(set, options.mlp, options.seed, monitor);
+  if (options.field == "mlp") return make_mlp_learner(set, options.mlp, options.seed, monitor);
   throw UsageError("there is no field '" + options.field + "'; there are: grid, mlp");
 }
 

@@ -19,6 +19,8 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// Random numbers by position instead of by turn: a pixel's value depends on its indices and the key
 /// alone, so that rows can be made by any thread and empty pixels skipped. SplitMix64's finaliser
 /// (Steele, Lea and Flood 2014) over a counter.
@@ -53,13 +55,6 @@ class WhiteNoise {
 
   std::uint64_t key_;
 };
-
-/// Replaces mean power by Σ_m a_m |h ⊛ (√β⁰ w_m) + n_m|². `noise_power` holds one value per range bin, or
-/// nothing: then no noise is made.
-void apply_speckle(Image<float>& beta0, const ImpulseResponse& response, std::span<const double> look_weights,
-                   std::span<const double> noise_power, const WhiteNoise& random, const Monitor& monitor);
-
-namespace {
 
 constexpr std::size_t kRowsAtOnce = 4;
 
@@ -129,8 +124,8 @@ struct NoiseGains {
   std::vector<double> of_bin, of_row;
 };
 
-}  // namespace
-
+/// Replaces mean power by Σ_m a_m |h ⊛ (√β⁰ w_m) + n_m|². `noise_power` holds one value per range bin, or
+/// nothing: then no noise is made.
 void apply_speckle(Image<float>& beta0, const ImpulseResponse& response, std::span<const double> look_weights,
                    std::span<const double> noise_power, const WhiteNoise& random, const Monitor& monitor) {
   const int n_azimuth = beta0.n_azimuth(), n_range = beta0.n_range();
@@ -177,8 +172,6 @@ void apply_speckle(Image<float>& beta0, const ImpulseResponse& response, std::sp
     beta0.pixels()[n] = static_cast<float>(power.pixels()[n]);
   }
 }
-
-namespace {
 
 constexpr double kMostLooks = 1000.0;
 constexpr double kMostNoiseDb = 300.0;

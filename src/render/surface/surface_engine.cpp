@@ -19,6 +19,8 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// Scratch of one worker that renders rows of a mesh.
 struct SurfaceWorker {
   SliceBlock block;
@@ -82,15 +84,11 @@ class SurfaceView {
   std::vector<double> beta0_per_mass_;  ///< (r_j Δθ / Δr), averaged over the row's slices
 };
 
-namespace {
-
 std::optional<GroundPlane> make_ground(const SurfaceScene& s, const ViewRays& rays, const Acquisition& a) {
   if (!s.scene.ground) return std::nullopt;
   return GroundPlane(rays, ground_of_view(ground_appearance(s.scene, s.origin_m), a, a.aim_m - s.origin_m),
                      s.scene.ground->height_m);
 }
-
-}  // namespace
 
 SurfaceView::SurfaceView(const SurfaceScene& scene, const ViewPlan& plan, NestedImages* nested)
     : scene_(scene),
@@ -232,8 +230,6 @@ void SurfaceView::render_row(int i, SurfaceWorker& w, RenderedView& out, const M
   if (w.layers) w.layers->end_row(i, beta0_per_mass_, out.layers);
   for (std::size_t l = 0; l < w.nested.size(); ++l) nested_->end_row(i, l, w.nested[l].bins, beta0_per_mass_);
 }
-
-namespace {
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -14,10 +14,28 @@
 
 namespace sarnerf {
 
+namespace {
+
 enum class PlyType { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 enum class PlyEncoding { ascii, little_endian, big_endian };
 
-std::size_t byte_size(PlyType type);
+std::size_t byte_size(PlyType type) {
+  switch (type) {
+    case PlyType::int8:
+    case PlyType::uint8:
+      return 1;
+    case PlyType::int16:
+    case PlyType::uint16:
+      return 2;
+    case PlyType::int32:
+    case PlyType::uint32:
+    case PlyType::float32:
+      return 4;
+    case PlyType::float64:
+      break;
+  }
+  return 8;
+}
 
 struct PlyProperty {
   std::string name;
@@ -49,11 +67,6 @@ struct PlyHeader {
   std::size_t body_begin = 0;        ///< first byte behind the header
   std::uint64_t n_lines = 0;         ///< of the header
 };
-
-/// Parses "ply … end_header" and checks each count against the bytes that follow.
-PlyHeader read_ply_header(const MeshSource& source);
-
-namespace {
 
 constexpr std::array<std::pair<std::string_view, PlyType>, 16> kTypes = {{
     {"char", PlyType::int8},
@@ -194,29 +207,8 @@ class HeaderParser {
   std::size_t n_properties_ = 0;
 };
 
-}  // namespace
-
-std::size_t byte_size(PlyType type) {
-  switch (type) {
-    case PlyType::int8:
-    case PlyType::uint8:
-      return 1;
-    case PlyType::int16:
-    case PlyType::uint16:
-      return 2;
-    case PlyType::int32:
-    case PlyType::uint32:
-    case PlyType::float32:
-      return 4;
-    case PlyType::float64:
-      break;
-  }
-  return 8;
-}
-
+/// Parses "ply … end_header" and checks each count against the bytes that follow.
 PlyHeader read_ply_header(const MeshSource& source) { return HeaderParser(source).parse(); }
-
-namespace {
 
 /// Numbers of the body, one after the other, whatever their encoding.
 class PlyBody {

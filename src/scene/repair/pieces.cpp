@@ -16,7 +16,56 @@
 
 namespace sarnerf {
 
-inline bool encloses(const Box& outer, const Box& inner) {
+std::vector<PieceShape> find_pieces(RepairedMesh& mesh, const std::vector<bool>& turned) {
+  Components components(mesh.triangles.size());
+  std::vector<bool> has_border(mesh.triangles.size(), false);
+  {
+    const EdgeTable edges(mesh.triangles, mesh.vertices.size());
+    edges.for_each([&](std::span<const EdgeUse> edge) {
+      if (is_smooth(edge)) {
+        components.join(edge[0].triangle(), edge[1].triangle());
+      } else {
+        for (const EdgeUse& use : edge) has_border[use.triangle()] = true;
+      }
+    });
+  }
+
+  mesh.piece.resize(mesh.triangles.size());
+  std::vector<PieceShape> pieces;
+  std::vector<glm::dvec3> origins;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::uint32_t root = components.root(t);
+    const glm::uvec3 v = mesh.triangles[t];
+    if (root == t) {
+      mesh.piece[t] = static_cast<std::uint32_t>(pieces.size());
+      pieces.emplace_back();
+      origins.push_back(mesh.vertices[v.x]);
+    } else {
+      mesh.piece[t] = mesh.piece[root];
+    }
+    PieceShape& piece = pieces[mesh.piece[t]];
+    if (has_border[t]) piece.closed = false;
+    if (turned[t]) piece.as_drawn = false;
+    // Around a point of the piece itself, so that coordinates of millions of metres cancel.
+    const glm::dvec3 origin = origins[mesh.piece[t]];
+    const glm::dvec3 a = mesh.vertices[v.x], b = mesh.vertices[v.y], c = mesh.vertices[v.z];
+    piece.signed_volume += glm::dot(a - origin, glm::cross(b - origin, c - origin)) / 6.0;
+    piece.box.include(a);
+    piece.box.include(b);
+    piece.box.include(c);
+  }
+  for (PieceShape& piece : pieces) {
+    // A sheet folded onto itself has no border and encloses nothing but rounding errors.
+    constexpr double kRounding = 1e-12;
+    const double size = glm::length(piece.box.size());
+    if (!(std::abs(piece.signed_volume) > kRounding * size * size * size)) piece.closed = false;
+  }
+  return pieces;
+}
+
+namespace {
+
+bool encloses(const Box& outer, const Box& inner) {
   return glm::all(glm::lessThanEqual(outer.min, inner.min)) && glm::all(glm::greaterThanEqual(outer.max, inner.max));
 }
 
@@ -41,11 +90,7 @@ class BoxTree {
   std::vector<Node> nodes_;  ///< a node's first child follows it
 };
 
-namespace {
-
 constexpr std::uint32_t kLeafBoxes = 4;
-
-}  // namespace
 
 BoxTree::BoxTree(std::span<const Box> boxes) : boxes_(boxes.begin(), boxes.end()), order_(boxes.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
@@ -100,55 +145,6 @@ void BoxTree::enclosing(const Box& inner, std::vector<std::uint32_t>& found) con
   }
   std::sort(found.begin(), found.end());
 }
-
-std::vector<PieceShape> find_pieces(RepairedMesh& mesh, const std::vector<bool>& turned) {
-  Components components(mesh.triangles.size());
-  std::vector<bool> has_border(mesh.triangles.size(), false);
-  {
-    const EdgeTable edges(mesh.triangles, mesh.vertices.size());
-    edges.for_each([&](std::span<const EdgeUse> edge) {
-      if (is_smooth(edge)) {
-        components.join(edge[0].triangle(), edge[1].triangle());
-      } else {
-        for (const EdgeUse& use : edge) has_border[use.triangle()] = true;
-      }
-    });
-  }
-
-  mesh.piece.resize(mesh.triangles.size());
-  std::vector<PieceShape> pieces;
-  std::vector<glm::dvec3> origins;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const std::uint32_t root = components.root(t);
-    const glm::uvec3 v = mesh.triangles[t];
-    if (root == t) {
-      mesh.piece[t] = static_cast<std::uint32_t>(pieces.size());
-      pieces.emplace_back();
-      origins.push_back(mesh.vertices[v.x]);
-    } else {
-      mesh.piece[t] = mesh.piece[root];
-    }
-    PieceShape& piece = pieces[mesh.piece[t]];
-    if (has_border[t]) piece.closed = false;
-    if (turned[t]) piece.as_drawn = false;
-    // Around a point of the piece itself, so that coordinates of millions of metres cancel.
-    const glm::dvec3 origin = origins[mesh.piece[t]];
-    const glm::dvec3 a = mesh.vertices[v.x], b = mesh.vertices[v.y], c = mesh.vertices[v.z];
-    piece.signed_volume += glm::dot(a - origin, glm::cross(b - origin, c - origin)) / 6.0;
-    piece.box.include(a);
-    piece.box.include(b);
-    piece.box.include(c);
-  }
-  for (PieceShape& piece : pieces) {
-    // A sheet folded onto itself has no border and encloses nothing but rounding errors.
-    constexpr double kRounding = 1e-12;
-    const double size = glm::length(piece.box.size());
-    if (!(std::abs(piece.signed_volume) > kRounding * size * size * size)) piece.closed = false;
-  }
-  return pieces;
-}
-
-namespace {
 
 /// Triangles of each piece, and tests of what lies inside it, made when first asked for.
 class PieceInteriors {

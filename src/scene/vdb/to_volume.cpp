@@ -17,24 +17,14 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// Bricks of a volume, and how many of their voxels answer or absorb.
 struct BrickSelection {
   std::vector<glm::ivec3> bricks;  ///< in the order of x, then y, then z
   std::uint64_t n_occupied_voxels = 0;
   glm::ivec3 lowest{0}, highest{0};  ///< occupied voxels, inclusive; without meaning if there is none
 };
-
-/// Bricks that active tiles of extinction or scattering above 0 become, the largest number of one grid:
-/// for refusing before anything is allocated. Cost: linear in tiles.
-std::uint64_t count_tile_bricks(const VdbScene::Grids& grids);
-
-/// Bricks with an active voxel or tile in which extinction or scattering is above 0, and those of their
-/// neighbours that a cell of eight with such a voxel reaches, where the source has values. Throws
-/// InputError for voxels beyond what bricks can hold. Cost: linear in leaves and in the bricks of tiles, on
-/// all threads but for sorting.
-BrickSelection select_bricks(const VdbScene::Grids& grids);
-
-namespace {
 
 using FloatAccessor = openvdb::FloatGrid::ConstAccessor;
 using Occupied = std::bitset<kBrickVoxels>;
@@ -169,8 +159,8 @@ void look_at(const glm::ivec3& brick, const Occupied& occupied, const std::array
   }
 }
 
-}  // namespace
-
+/// Bricks that active tiles of extinction or scattering above 0 become, the largest number of one grid:
+/// for refusing before anything is allocated. Cost: linear in tiles.
 std::uint64_t count_tile_bricks(const VdbScene::Grids& grids) {
   std::uint64_t largest = 0;
   for (const openvdb::FloatGrid* grid : matter_of(grids)) {
@@ -181,6 +171,10 @@ std::uint64_t count_tile_bricks(const VdbScene::Grids& grids) {
   return largest;
 }
 
+/// Bricks with an active voxel or tile in which extinction or scattering is above 0, and those of their
+/// neighbours that a cell of eight with such a voxel reaches, where the source has values. Throws
+/// InputError for voxels beyond what bricks can hold. Cost: linear in leaves and in the bricks of tiles, on
+/// all threads but for sorting.
 BrickSelection select_bricks(const VdbScene::Grids& grids) {
   const std::vector<const openvdb::FloatGrid*> matter = matter_of(grids);
   std::vector<glm::ivec3> candidates;
@@ -220,8 +214,6 @@ BrickSelection select_bricks(const VdbScene::Grids& grids) {
   require_reach(selection);
   return selection;
 }
-
-namespace {
 
 /// What a file may ask for as the longest segment, in voxels.
 constexpr double kShortestSegment = 0.1, kLongestSegment = 2.0;

@@ -8,8 +8,8 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
+#include "vdb/vdb_grids.h"
 #include "vdb/vdb_layouts.h"
-#include "voxelise/voxel_brick.h"
 
 namespace sarnerf {
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -46,5 +47,19 @@ void require_complete(const VdbScene::Grids& grids);
 openvdb::math::Transform::Ptr vdb_transform(const GridTransform& transform);
 /// Inverse of vdb_transform(). Throws InputError unless the map is uniform scale and translation.
 GridTransform grid_transform(const openvdb::math::Transform& transform, const std::string& where);
+
+/// Two-way optical depth of a voxel well inside opaque matter.
+inline constexpr float kOpaqueDepthPerVoxel = 20.0f;
+
+/// Depth (voxels) below a surface at which its matter begins to absorb. Interpolated between voxels, what
+/// begins here answers a radar as if from depth 0 on average over all positions of the lattice, all
+/// orientations and incidences up to 75°; the scatter about that is 0.15 voxels. Matter that began at the
+/// surface itself would answer 0.14 voxels deep, coverage of a voxel by matter 0.64 voxels too early.
+inline constexpr float kOpaqueOnset = 0.14f;
+
+/// Two-way optical depth per voxel at a depth (voxels, inside positive) below the surface of opaque matter.
+inline float opaque_extinction_per_voxel(float depth_in_voxels) {
+  return kOpaqueDepthPerVoxel * std::clamp(depth_in_voxels - kOpaqueOnset, 0.0f, 1.0f);
+}
 
 }  // namespace sarnerf

@@ -10,14 +10,9 @@
 #include <vector>
 
 #include "sarnerf/core/parallel.h"
+#include "vdb/vdb_grids.h"
 
 namespace sarnerf {
-
-/// Finds the sides of a sheet's triangles that are hidden from everywhere above the horizon by the scene's
-/// opaque matter: rays into some directions from some points of each side, all of which meet something.
-/// The front is the side that the normal points to. Cost: some fifty microseconds a triangle.
-std::vector<HiddenSide> find_hidden_sides(const Scene& scene, const VoxelSurface& sheet,
-                                          double voxel_size_m, const Monitor& monitor);
 
 namespace {
 
@@ -55,8 +50,9 @@ bool sees_sky(const SurfaceDistance& opaque, std::span<const glm::dvec3> points,
   return false;
 }
 
-}  // namespace
-
+/// Finds the sides of a sheet's triangles that are hidden from everywhere above the horizon by the scene's
+/// opaque matter: rays into some directions from some points of each side, all of which meet something.
+/// The front is the side that the normal points to. Cost: some fifty microseconds a triangle.
 std::vector<HiddenSide> find_hidden_sides(const Scene& scene, const VoxelSurface& sheet,
                                           double voxel_size_m, const Monitor& monitor) {
   const std::unique_ptr<SurfaceDistance> opaque = all_opaque(scene);
@@ -83,8 +79,6 @@ std::vector<HiddenSide> find_hidden_sides(const Scene& scene, const VoxelSurface
   });
   return hidden;
 }
-
-namespace {
 
 /// Pieces smaller than this many voxels in every direction have no inside that voxels could show.
 constexpr double kSmallPiece = 2.0;

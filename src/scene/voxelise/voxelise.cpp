@@ -21,6 +21,8 @@
 
 namespace sarnerf {
 
+namespace {
+
 /// Bricks that surfaces may reach, each with the surfaces that may reach it.
 class CandidateBricks {
  public:
@@ -79,8 +81,6 @@ void CandidateBricks::add_part(const glm::dvec3& a, const glm::dvec3& b, const g
     }
   }
 }
-
-namespace {
 
 /// Bytes a brick takes while it is made: leaves of all grids, and the volume's bricks beside them.
 constexpr double kBytesPerBrick = kBrickVoxels * 2.0 * 7.0 * sizeof(float);
