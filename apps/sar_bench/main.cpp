@@ -10,6 +10,7 @@
 #include "sarnerf/core/parallel.h"
 #include "studies.h"
 #include "extraction.h"
+#include "random_scenes.h"
 #include "output_lock.h"
 #include "sarnerf/report/plot.h"
 
@@ -99,6 +100,24 @@ CLI::App& add_extraction_command(CLI::App& app, sarnerf::bench::ExtractionOption
   command.add_flag("--overwrite", o.overwrite, "Replace the study that is there");
   command.add_flag("-q,--quiet", o.quiet, "Print the path of the table, warnings and errors only");
   command.add_flag("--dry-run", o.dry_run, "Print what would be measured and stop");
+  return command;
+}
+
+/// The sub-command `scenes`, which fills the options in.
+CLI::App& add_scenes_command(CLI::App& app, sarnerf::bench::ScenesOptions& o) {
+  CLI::App& command = *app.add_subcommand(
+      "scenes", "Writes generated scenes, FOLDER/101_solid/scene.obj and .json, to test learning on objects that none of its "
+                "constants was chosen on. A seed makes the same bytes everywhere. By the seed's remainder modulo 4: 1 convex "
+                "solids, 2 a building, 3 a vehicle, 0 free forms; 7 to 12 m long, 2 to 8 m high, on y = 0, Y up");
+  command.add_option("--seed", o.seeds, "Seeds, a scene each: numbers and ranges first:last, as 111, 101,105 or 101:109")
+      ->type_name("SEEDS")
+      ->required();
+  command.add_option("folder,-o,--output", o.output, "Folder that the scenes' folders are made in")
+      ->type_name("FOLDER")
+      ->required();
+  command.add_flag("--overwrite", o.overwrite, "Replace other scenes of these names; the same ones are left alone anyway");
+  command.add_flag("-q,--quiet", o.quiet, "Print the paths of the scene files, warnings and errors only");
+  command.add_flag("--dry-run", o.dry_run, "Print what would be written, with sizes (m), and stop");
   return command;
 }
 
@@ -215,6 +234,8 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
   sarnerf::bench::ExtractionOptions extraction_options;
   const CLI::App& extraction = add_extraction_command(app, extraction_options);
   app.add_subcommand("learning", "Held-out PSNR against seconds, each field and plain LibTorch (sar_nerf_bench)");
+  sarnerf::bench::ScenesOptions scenes_options;
+  const CLI::App& scenes = add_scenes_command(app, scenes_options);
   if (argc > 1 && std::string(argv[1]) == "learning") sarnerf::bench::become_learning_bench(argc, argv);
   try {
     app.parse(argc, argv);
@@ -228,6 +249,10 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
   if (app.get_subcommands().empty()) throw_unknown_study(app);
   if (extraction.parsed()) {
     sarnerf::bench::run_extraction_command(extraction_options, console);
+    return;
+  }
+  if (scenes.parsed()) {
+    sarnerf::bench::run_scenes_command(scenes_options, console);
     return;
   }
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;

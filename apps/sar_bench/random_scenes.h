@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <glm/glm.hpp>
+
+#include "sarnerf/scene/scene.h"
+
+namespace sarnerf::app {
+class Console;
+}
+
+namespace sarnerf::bench {
+
+/// What a generated scene shows; a seed's remainder modulo 4.
+enum class SceneKind { free_form = 0, solid = 1, building = 2, vehicle = 3 };
+
+SceneKind kind_of(std::uint64_t seed);
+
+/// "free_form", "solid", "building", "vehicle".
+std::string_view name(SceneKind kind);
+
+/// A closed mesh of one material. Triangles are counter-clockwise seen from outside.
+struct ScenePiece {
+  std::string group, material;  ///< names in the OBJ file
+  std::vector<glm::dvec3> vertices_m;
+  std::vector<glm::uvec3> triangles;
+};
+
+/// A generated object. No constant of learning was chosen on one: they show whether those constants hold on other objects.
+///
+/// Metres, Y up. The object stands on y = 0 and its box is centred over the origin. Coordinates are whole tenths of a
+/// millimetre, as in the file. Pieces cut through each other; none has a face or an edge in common with another.
+struct RandomScene {
+  std::string name;  ///< "101_solid"
+  std::vector<ScenePiece> pieces;
+  std::vector<Material> materials;  ///< of the pieces, four at most
+  int turn_deg = 0;                 ///< about Y, from the mesh to the scene: no wall along an axis of a learned grid
+};
+
+/// The scene of a seed, the same on every platform. Before it is turned:
+///
+/// | kind | longest horizontal extent (m) | height (m) |
+/// |---|---|---|
+/// | solid, free form | 7.5 to 11.5 | 2.5 to 7.5 |
+/// | building | 7.5 to 11.7 | 3 to 8 |
+/// | vehicle, its barrel included | 7 to 10 | 2 to 6 |
+///
+/// Cost: milliseconds.
+RandomScene random_scene(std::uint64_t seed);
+
+/// The pieces as an OBJ file.
+std::string obj_text(const RandomScene& scene);
+
+/// The scene file beside scene.obj: placement and materials.
+std::string scene_json_text(const RandomScene& scene);
+
+struct ScenesOptions {
+  std::string seeds;             ///< "111", "101,105", "101:109": numbers and ranges, last included
+  std::filesystem::path output;  ///< folder
+  bool overwrite = false, quiet = false, dry_run = false;
+};
+
+/// Writes scene.obj and scene.json of each seed into a folder of the scene's name below `output`, and prints the paths of
+/// the scene files. Throws UsageError for seeds that are none, and before anything is written where another file is in
+/// the way; a file that holds the same bytes is left alone.
+void run_scenes_command(const ScenesOptions& options, app::Console& console);
+
+}  // namespace sarnerf::bench
