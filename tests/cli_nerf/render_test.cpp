@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <nlohmann/json.hpp>
 
@@ -20,6 +21,33 @@ struct LearnedScene : SmallScene {
 };
 
 }  // namespace
+
+TEST_CASE("models that revision e07e418 learned load and render as they did") {
+  // Made with that revision: sar_render data/cuboid.json --pitch 45 --azimuth 0:330:30 --size 40x40 --spacing 0.8, for
+  // grid_over_ground with --ground grass --looks 4; sar_nerf_train --steps 120 --threads 1, for mlp --field mlp --steps 60
+  // --option width=64 --option depth=3 --option skip=0; sar_nerf_render --azimuth 17.
+  const ScratchFolder scratch;
+  struct Case {
+    const char* name;
+    double tolerance;  ///< of the peak: a network's products are rounded as the processor's kernels have it
+  };
+  for (const Case& model : {Case{"grid", 1e-5}, Case{"grid_over_ground", 1e-5}, Case{"mlp", 2e-2}}) {
+    INFO(model.name);
+    const std::filesystem::path folder = std::filesystem::path(MODELS_E07E418) / model.name;
+    const Outcome view = run_program(SAR_NERF_RENDER, {folder.string(), "--azimuth", "17", "-o", model.name}, scratch.path());
+    INFO(view.err);
+    REQUIRE(view.code == 0);
+    const auto then = sarnerf::read_image(folder / "view.tif"), now = sarnerf::read_image(scratch / (std::string(model.name) + ".tif"));
+    REQUIRE(now.n_azimuth() == then.n_azimuth());
+    REQUIRE(now.n_range() == then.n_range());
+    const double peak = double{*std::max_element(then.pixels().begin(), then.pixels().end())};
+    REQUIRE(peak > 0.1);
+    double largest = 0.0;
+    for (std::size_t n = 0; n < then.pixels().size(); ++n)
+      largest = std::max(largest, std::abs(double{now.pixels()[n]} - double{then.pixels()[n]}));
+    CHECK(largest < model.tolerance * peak);
+  }
+}
 
 TEST_CASE("residuals that an older version wrote are ignored with a warning") {
   const LearnedScene scene;
