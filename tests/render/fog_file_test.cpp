@@ -11,6 +11,7 @@
 #include "catch.h"
 #include "sarnerf/scene/vdb_scene.h"
 #include "scratch_folder.h"
+#include "vdb/vdb_grids.h"
 #include "voxel_scenes.h"
 
 using namespace sarnerf;
