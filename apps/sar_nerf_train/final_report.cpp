@@ -288,7 +288,7 @@ TrainingReport report_of(const ReportInput& in, const Findings& findings) {
                {"views learned from", std::to_string(in.data.training_views.size())},
                {"views held out", std::to_string(in.data.n_held_out)},
                {"field", std::string(in.run.field().kind()) + ", " + in.run.field_size()},
-               {"loss", "mean square error of power (paper, eq. 31); over a ground, of bounded relative errors"}};
+               {"loss", loss_text(in.trainer.set(), in.trainer.options())}};
   if (!in.options.against.empty())
     r.trained.push_back(
         {"unseen views of", in.options.against.string() + ": " +
@@ -336,8 +336,8 @@ std::string background_text(const TrainingSet& set) {
     n += like.pixels().size();
     for (const std::uint8_t l : like.pixels()) n_like += l;
   }
-  return format("level ground%s, %.3g m %s the aim point, alone in %.0f %% of the pixels: rays end on it, errors count in "
-                "proportion to brightness, matter may be up to %.3g m above it%s",
+  return format("level ground%s, %.3g m %s the aim point, alone in %.0f %% of the pixels: rays end on it, "
+                "matter may be up to %.3g m above it%s",
                 clutter.speckled ? " under speckle" : "", std::abs(clutter.ground->height_m),
                 clutter.ground->height_m < 0.0 ? "below" : "above",
                 100.0 * static_cast<double>(n_like) / static_cast<double>(n), set.box_m.max.y - clutter.ground->height_m,
@@ -387,6 +387,7 @@ std::string explain(const Options& o, const Data& data, const Trainer& trainer) 
                                                                 : ": taken out of the images, and part of views"));
   if (!trainer.set().resolution && o.resolution.or_else(data.dataset.resolution))
     line("impulse response", "left out: fewer than six speckled views do not tell a ground, or the spacing is too coarse for it");
+  line("loss", loss_text(trainer.set(), trainer.options()));
   line("until", o.time_s ? std::to_string(*o.time_s) + " s after the program's start"
                          : std::to_string(o.steps) + " steps");
   line("a step", std::to_string(trainer.options().rows_per_step) + " azimuth rows of all views");

@@ -26,7 +26,7 @@ constexpr const char* kDescription =
     "The same\n"
     "command continues after an interruption. Images of amplitude are squared: what is modelled is "
     "power.\n"
-    "The loss is the mean square error of power; over a level ground, of relative errors with a bound.";
+    "The loss is the mean square error of power; over a level ground, the mean of Huber's function of relative errors.";
 
 constexpr const char* kExamples =
     "Examples:\n"
@@ -276,6 +276,7 @@ TrainerOptions training_options(const Options& o, const TrainingSet& set) {
     if (name == "field" || name == "seed")
       throw UsageError("--option " + name + ": has an option of its own, --" + name);
     if (!json.contains(name)) {
+      refuse_replaced_option(name);
       const std::string closest = closest_name(name, names);
       throw UsageError("--option: there is no training option " + in_quotes(name) +
                        (closest.empty() ? "" : " (" + closest + "?)") +

@@ -191,6 +191,7 @@ namespace {
 std::string text_of(const MetricsLine& line) {
   Json j{{"step", line.step}, {"seconds", line.seconds}};
   if (line.loss) j["loss"] = *line.loss;
+  if (line.priors) j["priors"] = *line.priors;
   if (line.psnr_db) j["psnr_power_db"] = *line.psnr_db;
   return j.dump() + "\n";
 }
@@ -203,7 +204,7 @@ std::optional<MetricsLine> line_of(const std::string& text) {
     return j[name].get<double>();
   };
   if (!j.is_object() || !number("step") || !number("seconds")) return std::nullopt;
-  return MetricsLine{static_cast<std::int64_t>(*number("step")), *number("seconds"), number("loss"),
+  return MetricsLine{static_cast<std::int64_t>(*number("step")), *number("seconds"), number("loss"), number("priors"),
                      number("psnr_power_db")};
 }
 
@@ -359,14 +360,15 @@ std::optional<double> TrainingRun::held_out_psnr_db() {
   return psnr_db;
 }
 
-void TrainingRun::log(double loss, bool last) {
-  loss_sum_ += loss;
+void TrainingRun::log(const StepReport& report, bool last) {
+  loss_sum_ += report.loss;
+  priors_sum_ += report.priors;
   ++n_losses_;
   const auto psnr_db = held_out_psnr_db();
   const std::int64_t step = trainer_.steps_done();
   if (!psnr_db && !last && step % kStepsPerLine != 0) return;
-  metrics_.add({step, seconds(), loss_sum_ / n_losses_, psnr_db});
-  loss_sum_ = 0.0;
+  metrics_.add({step, seconds(), loss_sum_ / n_losses_, priors_sum_ / n_losses_, psnr_db});
+  loss_sum_ = priors_sum_ = 0.0;
   n_losses_ = 0;
 }
 
@@ -401,7 +403,7 @@ void TrainingRun::train(Console& console, const Monitor& monitor) {
         write(*pending_);
         pending_.reset();
       }
-      log(report.loss, ended());
+      log(report, ended());
       tell(console);
       if (monitor.stop_requested()) {
         write(checkpoint(false));

@@ -97,11 +97,12 @@ class Curve {
 struct MetricsLine {
   std::int64_t step = 0;
   double seconds = 0.0;           ///< since the program's start
-  std::optional<double> loss;     ///< mean since the line before
+  std::optional<double> loss;     ///< data term, mean since the line before
+  std::optional<double> priors;   ///< sum of the priors per pixel, likewise
   std::optional<double> psnr_db;  ///< power, mean over the curve's views
 };
 
-/// How training went, line by line as it goes: {"step":10,"seconds":0.81,"loss":0.0012,"psnr_power_db":31.2}.
+/// How training went, line by line as it goes: {"step":10,"seconds":0.81,"loss":0.0012,"priors":0.0001,"psnr_power_db":31.2}.
 class MetricsLog {
  public:
   /// Keeps the lines up to `last_step` of what is there: those after it belong to steps that are done again.
@@ -166,7 +167,7 @@ class TrainingRun {
   double next_progress() const;
   double trained_s() const;  ///< of all programs that worked on the run, their start-ups left out
   std::optional<double> held_out_psnr_db();
-  void log(double loss, bool last);
+  void log(const StepReport& report, bool last);
   void tell(Console& console) const;
   RunState state(bool finished) const;
   void save_model() const;
@@ -187,7 +188,7 @@ class TrainingRun {
   double progress_ = 0.0;
   double trained_until_s_ = 0.0, begin_s_ = 0.0, training_s_ = 0.0, checkpoints_s_ = 0.0,
          last_write_s_ = 0.0, next_checkpoint_s_ = 0.0;
-  double loss_sum_ = 0.0;
+  double loss_sum_ = 0.0, priors_sum_ = 0.0;
   int n_losses_ = 0;
   std::optional<Archive> pending_;  ///< written once the step after it has gone well
   std::string field_size_;

@@ -15,6 +15,7 @@
 #include "small_grid.h"
 #include "small_set.h"
 #include "torch_catch.h"
+#include "train/loss.h"
 #include "train/response.h"
 
 using namespace sarnerf;
@@ -203,8 +204,9 @@ TEST_CASE("speckled views too few to tell a ground are learned without the respo
 TEST_CASE("a row's gradient is that of its view's likelihood through the response") {
   const TrainingSet set = training_set(speckled_scene(12, 1.0), ground_scene_box(), {}, kGroundResolution);
   const Acquisition& a = set.images[2].acquisition;
-  const double floor = 0.7, most = 1.5;
-  RowsThroughResponse rows(set, floor, most);
+  const double epsilon = 0.7, delta = 1.5;
+  const PixelLoss pixel{true, epsilon, delta};
+  DataTerm term(set, pixel);
   const ImpulseResponse response = impulse_response(*set.resolution, a.azimuth_spacing_m, a.range_spacing_m);
 
   // A view of random rows, all but the first of them put by an earlier step; the first one's last pixels are not rendered.
@@ -212,18 +214,21 @@ TEST_CASE("a row's gradient is that of its view's likelihood through the respons
   std::uniform_real_distribution<float> value(0.5f, 3.0f);
   Image<float> view(a.n_azimuth, a.n_range);
   for (float& p : view.pixels()) p = value(random);
-  std::vector<RowReference> all;
-  for (int i = 0; i < a.n_azimuth; ++i) all.push_back({2, static_cast<std::uint32_t>(i)});
-  const torch::Tensor whole = tensor_of(view).flatten();
-  rows.wanted(all, whole, torch::ones_like(whole));
+  RowBatch all;
+  for (int i = 0; i < a.n_azimuth; ++i) all.rows.push_back({2, static_cast<std::uint32_t>(i)});
+  all.counts.assign(view.pixels().size(), 1);
+  term.of(all, tensor_of(view).flatten());
   const int row = a.n_azimuth / 2, n_counting = a.n_range - 5;
   Image<float> changed = view;
   for (int j = 0; j < n_counting; ++j) changed(row, j) = value(random);
-  torch::Tensor pixels = tensor_of(changed)[row].clone(), counts = torch::ones_like(pixels);
+  torch::Tensor pixels = tensor_of(changed)[row].clone();
   pixels.narrow(0, n_counting, 5).zero_();
-  counts.narrow(0, n_counting, 5).zero_();
-  const RowReference reference{2, static_cast<std::uint32_t>(row)};
-  const torch::Tensor wanted = rows.wanted({&reference, 1}, pixels, counts);
+  RowBatch batch;
+  batch.rows.push_back({2, static_cast<std::uint32_t>(row)});
+  batch.counts.assign(static_cast<std::size_t>(n_counting), 1);
+  batch.counts.resize(static_cast<std::size_t>(a.n_range), 0);
+  const DataLoss loss = term.of(batch, pixels);
+  CHECK(loss.n_pixels == view.pixels().size());
 
   // The mean seen, in double, beyond the borders the ground's mean; the bounded error; and back along both axes.
   const auto tap2 = [](const Kernel& kernel, int n) {
@@ -244,18 +249,18 @@ TEST_CASE("a row's gradient is that of its view's likelihood through the respons
         for (int k = 0; k < a.n_azimuth; ++k)
           for (int l = 0; l < a.n_range; ++l)
             mean += tap2(response.azimuth, m - k) * tap2(response.range, n - l) * (double{changed(k, l)} - level);
-        const double error = (mean - double{set.images[2].power(m, n)}) / (std::max(0.0, mean) + floor);
-        gradient += share * std::clamp(error, -most, most) / (std::max(0.0, mean) + floor);
+        const double error = (mean - double{set.images[2].power(m, n)}) / (std::max(0.0, mean) + epsilon);
+        gradient += 2.0 * share * std::clamp(error, -delta, delta) / (std::max(0.0, mean) + epsilon);
       }
-    const double pixel = double{changed(row, j)}, scale = pixel + floor;
-    CHECK((pixel - wanted[j].item<double>()) / (scale * scale) == Approx(gradient).epsilon(2e-3).margin(1e-4));
+    CHECK(loss.gradient[j].item<double>() == Approx(gradient).epsilon(2e-3).margin(2e-4));
   }
+  CHECK(loss.gradient.narrow(0, n_counting, 5).abs().max().item<float>() == 0.0f);
 
   Archive archive;
-  rows.save(archive);
-  RowsThroughResponse again(set, floor, most);
+  term.save(archive);
+  DataTerm again(set, pixel);
   again.restore(archive, "latest.pt");
-  CHECK(torch::equal(again.wanted({&reference, 1}, pixels, counts), rows.wanted({&reference, 1}, pixels, counts)));
+  CHECK(torch::equal(again.of(batch, pixels).gradient, term.of(batch, pixels).gradient));
   archive.tensors["rendered_rows"] = archive.tensors["rendered_rows"].narrow(0, 0, 7);
   CHECK_THROWS_AS(again.restore(archive, "latest.pt"), CheckpointError);
 }

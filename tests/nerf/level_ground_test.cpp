@@ -181,9 +181,9 @@ TEST_CASE("the more looks the more counts what the field may miss and the less c
   };
   const TrainerOptions one = options_of(1.0), four = options_of(4.0);
   const TrainerOptions clean = default_options(ground_scene_set(36), "grid");
-  CHECK(one.speckle_floor > 0.0);
-  CHECK(one.speckle_floor < four.speckle_floor);
-  CHECK(four.speckle_floor < clean.speckle_floor);
+  CHECK(one.relative_epsilon > 0.0);
+  CHECK(one.relative_epsilon < four.relative_epsilon);
+  CHECK(four.relative_epsilon < clean.relative_epsilon);
   CHECK(one.grid.smooth_angular > 4.0 * four.grid.smooth_angular);
   CHECK(clean.grid.smooth_angular < 0.01 * one.grid.smooth_angular);
   CHECK(clean.grid.smooth_density >= GridOptions().smooth_density);

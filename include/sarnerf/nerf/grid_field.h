@@ -59,7 +59,8 @@ class GridField : public LearnedField {
                   const torch::Tensor& new_log_depth, const torch::Tensor& new_coefficients);
 
   std::string_view kind() const override { return "grid"; }
-  torch::Tensor render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const override;
+  RenderedRows render(std::span<const RowRequest> rows, const RaySampling& sampling, bool with_distortion) const override;
+  using LearnedField::render_rows;
   void render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,
                    std::span<float> pixels) const override;
   std::vector<torch::Tensor> parameters() const override { return {log_depth, coefficients}; }

@@ -26,14 +26,14 @@ struct TrainerOptions {
   double longest_segment = 1.0;
   double end_depth = 6.0;      ///< two-way optical depth at which a ray ends: 0.25 % of its power lies behind
   double final_rate = 0.02;    ///< learning rates fall exponentially to this share, less far in under 100 steps
-  double distortion = 1e-3;    ///< weight of rows.h beside the loss (docs/equations.md, E8); falls by the next
+  double distortion = 1e-3;    ///< weight of the prior for compact matter (docs/equations.md, E8); falls by the next
   double final_distortion = 0.1;  ///< the part of it that is left at the end
   /// Over a level ground, clean or speckled: epsilon of the relative error (μ − I) / (μ + ε), μ in the denominator held
   /// constant (RawNeRF, Mildenhall et al. 2022), in units of the ground's mean power. 0: squares of power, as without a ground.
-  double speckle_floor = 0.0;
-  /// Of that relative error: beyond it the loss grows linearly (Huber), since a glint in one view says little of the next;
-  /// 0: nowhere. At 3, of the ground's speckle of one look 2 % lie beyond with an ε of 0, and 0.4 % with ½, half a look.
-  double speckle_most = 0.0;
+  double relative_epsilon = 0.0;
+  /// Relative error beyond which the loss grows linearly (Huber), since a glint in one view says little of the next; 0: nowhere.
+  /// At 3, of the ground's speckle of one look 2 % lie beyond with an ε of 0, and 0.4 % with ½, half a look.
+  double huber_delta = 0.0;
   std::uint64_t seed = 1;
 };
 
@@ -54,15 +54,22 @@ std::int64_t default_steps(const TrainingSet& set);
 std::string options_json(const TrainerOptions& options);
 TrainerOptions options_from_json(const std::string& json);
 
+/// Throws UsageError for an option of older versions, naming what stands in its place.
+void refuse_replaced_option(const std::string& name);
+
+/// The loss that these images and options have, in words.
+std::string loss_text(const TrainingSet& set, const TrainerOptions& options);
+
 struct StepReport {
   std::int64_t step = 0;    ///< steps done, this one included
-  double loss = 0.0;        ///< mean over the batch's pixels of squares of (μ − I) / peak, or over a ground of relative errors
+  double loss = 0.0;        ///< data term: mean of ρ(e) over the batch's pixels (docs/equations.md, E8)
+  double priors = 0.0;      ///< sum of the priors, divided by the same number of pixels
   std::string field_size;   ///< LearnedField::size_text()
 };
 
-/// Learns a field from images, step by step, by Adam and the native adjoints. The loss is a sum of squares over the pixels
-/// of azimuth rows of many views: of power where images show no ground (printed eq. 31), of bounded relative errors over a
-/// level ground, through the impulse response where that is part of speckled views; with priors (docs/equations.md, E8).
+/// Learns a field from images, step by step, by Adam and the native adjoints. The loss (docs/equations.md, E8) is a sum over the
+/// pixels of azimuth rows of many views: of squares of power where images show no ground (printed eq. 31), of Huber's function of
+/// relative errors over a level ground, through the impulse response where that is part of speckled views; plus priors.
 /// The same seed and number of threads give the same bits; so does going on from a checkpoint.
 class Trainer {
  public:
@@ -72,8 +79,8 @@ class Trainer {
   ~Trainer();
 
   /// One step. `progress` in [0, 1) is the share of the training that is done: rates, resolution and regularisation
-  /// follow it, and it must not fall. Throws NumericsError when the loss is not finite or has become a thousand
-  /// times its smallest value; the field is then no longer usable.
+  /// follow it, and it must not fall. Throws NumericsError when the loss is not finite or the mean square error has become a
+  /// thousand times its smallest value and ten times that of black images; the field is then no longer usable.
   StepReport step(double progress);
 
   /// Ends the training: over a level ground, scales the brightness of the field `grid` by returned_share(). Another
@@ -115,7 +122,7 @@ TrainerOptions with_smoothness(TrainerOptions options, double factor);
 /// views, with the weights smooth_* times ⅓, 1 and 3, and on, as long as the outermost is the best, to 1/27 and 27. The sixth
 /// that was held out judges. Where images show a level ground with speckle, by the mean deviance of the gamma likelihood,
 ///
-///     (I + f) / (μ + f) − 1 − ln (I + f) / (μ + f),     f = speckle_floor × the ground's brightness,
+///     (I + f) / (μ + f) − 1 − ln (I + f) / (μ + f),     f = relative_epsilon × the ground's mean power,
 ///
 /// whose expectation is least at the mean of I; else by the mean square error over the peak's square. All judge all pixels.
 ///

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -28,6 +29,11 @@ struct TrainingSet {
 
   /// What the field is learned and carved from: `cleaned` where there are any, else the images.
   const std::vector<PosedImage>& appearances() const { return cleaned.empty() ? images : cleaned; }
+};
+
+/// One azimuth row of one of the images.
+struct RowReference {
+  std::uint32_t view, row;
 };
 
 /// What is known of a scene beside its box, which else follows from the images.

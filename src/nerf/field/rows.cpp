@@ -88,72 +88,6 @@ void add_ground_adjoint(RowPart& part, const Row& row, const LevelGround& ground
   });
 }
 
-/// ∂D/∂w of a ray's segments, given their weights.
-void by_weight(std::span<const double> weight, std::span<const double> range_bin, std::span<const double> length_bins,
-               std::span<float> out) {
-  double all_w = 0.0, all_wr = 0.0;
-  for (std::size_t s = 0; s < weight.size(); ++s) {
-    all_w += weight[s];
-    all_wr += weight[s] * range_bin[s];
-  }
-  double nearer_w = 0.0, nearer_wr = 0.0;
-  for (std::size_t s = 0; s < weight.size(); ++s) {
-    const double w = weight[s], r = range_bin[s];
-    const double farther_w = all_w - nearer_w - w, farther_wr = all_wr - nearer_wr - w * r;
-    const double spread = (r * nearer_w - nearer_wr) + (farther_wr - r * farther_w);
-    out[s] = static_cast<float>(std::max(0.0, 2.0 * spread + 2.0 / 3.0 * w * length_bins[s]));
-    nearer_w += w;
-    nearer_wr += w * r;
-  }
-}
-
-/// Adds the gradient of Σ_rays weight(row) D to the gradients of the segments' extinctions. With w_s = T_s (1 − e^−x_s)
-/// the share of a ray's power that segment s could return, at range bins r_s and of length ℓ_s bins,
-///
-///     D = Σ_s Σ_t w_s w_t |r_s − r_t| + ⅓ Σ_s w_s² ℓ_s
-///
-/// is least when a ray returns all it returns from one place: fog becomes surface. From Barron et al., Mip-NeRF 360
-/// (2022), eq. 15, with ranges in bins instead of normalised distances. Linear in segments.
-void add_distortion_gradient(RowPart& part, const RaySampling& sampling) {
-  const SampleBatch& batch = part.rows.batch();
-  const BatchField& field = part.rows.field();
-  std::vector<double> w, range_bin, length_bins;
-  std::vector<float> spread(batch.n_segments()), d_extinction(spread.size()), unused(spread.size());
-  for (const Row& row : part.rows.rows()) {
-    const double bins_per_m = 1.0 / row.acquisition.range_spacing_m;
-    // A ray counts as much as the part of a pixel that it stands for.
-    const auto row_weight = static_cast<float>(sampling.distortion * sampling.ray_spacing_m /
-                                               (row.acquisition.range_spacing_m * sampling.sub_rows));
-    for (std::size_t q = row.first_ray; q < row.end_ray; ++q) {
-      const std::uint32_t begin = batch.ray_begin[q], n = batch.ray_begin[q + 1] - begin;
-      w.resize(n);
-      range_bin.resize(n);
-      length_bins.resize(n);
-      double transmittance = 1.0;
-      for (std::uint32_t s = 0; s < n; ++s) {
-        const double length_m = double{batch.length_m[begin + s]};
-        const double stays = std::exp(-2.0 * length_m * double{field.extinction_per_m[begin + s]});
-        length_bins[s] = length_m * bins_per_m;
-        range_bin[s] = field.near_bin[begin + s] + 0.5 * length_bins[s];
-        w[s] = transmittance * (1.0 - stays);
-        transmittance *= stays;
-      }
-      const auto out = std::span(spread).subspan(begin, n);
-      by_weight(w, range_bin, length_bins, out);
-      for (float& d : out) d *= row_weight;
-    }
-  }
-  // Σ_s (∂D/∂w_s) w_s is what a brightness of ∂D/∂w_s would return: its derivatives by extinction are those of D.
-  SegmentSpans<float> segments = spans(batch);
-  const std::vector<std::uint32_t> one_bin(batch.n_segments(), 0);
-  segments.bin = one_bin;
-  const double one = 1.0;
-  const std::span<const double> gradient(&one, 1);
-  integrate_adjoint(segments, {field.extinction_per_m, {}, spread, SourceForm::brightness}, Integrator::exact,
-                    1, gradient, {d_extinction, {}, unused});
-  for (std::size_t s = 0; s < d_extinction.size(); ++s) part.d_extinction[s] += d_extinction[s];
-}
-
 /// Calls visit(row, its pixels) for the rows of a part.
 template <class T, class Visit>
 void for_each_row(const RowPart& part, std::span<T> pixels, Visit&& visit) {
@@ -197,7 +131,76 @@ void render_part_adjoint(RowPart& part, SourceBasis basis, Integrator integrator
                                 {part.d_extinction, {}, part.d_source});
     if (ground != nullptr) add_ground_adjoint(part, row, *ground, gradients);
   });
-  if (sampling.distortion > 0.0) add_distortion_gradient(part, sampling);
+}
+
+namespace {
+
+/// ∂D/∂w of a ray's segments, given their weights.
+void by_weight(std::span<const double> weight, std::span<const double> range_bin, std::span<const double> length_bins,
+               std::span<double> out) {
+  double all_w = 0.0, all_wr = 0.0;
+  for (std::size_t s = 0; s < weight.size(); ++s) {
+    all_w += weight[s];
+    all_wr += weight[s] * range_bin[s];
+  }
+  double nearer_w = 0.0, nearer_wr = 0.0;
+  for (std::size_t s = 0; s < weight.size(); ++s) {
+    const double w = weight[s], r = range_bin[s];
+    const double farther_w = all_w - nearer_w - w, farther_wr = all_wr - nearer_wr - w * r;
+    const double spread = (r * nearer_w - nearer_wr) + (farther_wr - r * farther_w);
+    out[s] = std::max(0.0, 2.0 * spread + 2.0 / 3.0 * w * length_bins[s]);
+    nearer_w += w;
+    nearer_wr += w * r;
+  }
+}
+
+}  // namespace
+
+double distortion_of(RowPart& part, const RaySampling& sampling) {
+  const SampleBatch& batch = part.rows.batch();
+  const BatchField& field = part.rows.field();
+  std::vector<double> w, range_bin, length_bins, spread;
+  part.spread.resize(batch.n_segments());
+  double sum = 0.0;
+  for (const Row& row : part.rows.rows()) {
+    const double bins_per_m = 1.0 / row.acquisition.range_spacing_m;
+    const double pixels_of_ray = sampling.ray_spacing_m / (row.acquisition.range_spacing_m * sampling.sub_rows);
+    for (std::size_t q = row.first_ray; q < row.end_ray; ++q) {
+      const std::uint32_t begin = batch.ray_begin[q], n = batch.ray_begin[q + 1] - begin;
+      w.resize(n);
+      range_bin.resize(n);
+      length_bins.resize(n);
+      spread.resize(n);
+      double transmittance = 1.0;
+      for (std::uint32_t s = 0; s < n; ++s) {
+        const double length_m = double{batch.length_m[begin + s]};
+        const double stays = std::exp(-2.0 * length_m * double{field.extinction_per_m[begin + s]});
+        length_bins[s] = length_m * bins_per_m;
+        range_bin[s] = field.near_bin[begin + s] + 0.5 * length_bins[s];
+        w[s] = transmittance * (1.0 - stays);
+        transmittance *= stays;
+      }
+      by_weight(w, range_bin, length_bins, spread);
+      for (std::uint32_t s = 0; s < n; ++s) {
+        sum += 0.5 * pixels_of_ray * w[s] * spread[s];  // D is of second degree in w
+        part.spread[begin + s] = static_cast<float>(pixels_of_ray * spread[s]);
+      }
+    }
+  }
+  return sum;
+}
+
+void add_distortion_adjoint(RowPart& part, const RaySampling& sampling, double gradient) {
+  const SampleBatch& batch = part.rows.batch();
+  if (part.spread.size() != batch.n_segments()) distortion_of(part, sampling);
+  // Σ_s (∂D/∂w_s) w_s is what a brightness of ∂D/∂w_s would return: its derivatives by extinction are those of D.
+  SegmentSpans<float> segments = spans(batch);
+  const std::vector<std::uint32_t> one_bin(batch.n_segments(), 0);
+  segments.bin = one_bin;
+  std::vector<float> d_extinction(batch.n_segments()), unused(batch.n_segments());
+  integrate_adjoint(segments, {part.rows.field().extinction_per_m, {}, part.spread, SourceForm::brightness},
+                    Integrator::exact, 1, {&gradient, 1}, {d_extinction, {}, unused});
+  for (std::size_t s = 0; s < d_extinction.size(); ++s) part.d_extinction[s] += d_extinction[s];
 }
 
 }  // namespace sarnerf

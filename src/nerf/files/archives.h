@@ -61,7 +61,7 @@ CarvedVoxels voxels_of(const Archive& archive, const std::string& where);
 struct TrainerJson {
   std::string options;  ///< options_json()
   std::int64_t steps = 0;
-  double least_loss = 0.0;
+  double least_error = 0.0;  ///< DivergenceGuard::least()
 };
 
 void add_trainer_json(Archive& archive, const TrainerJson& trainer);

@@ -6,6 +6,7 @@
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/nerf/mlp_field.h"
 #include "sarnerf/nerf/trainer.h"
+#include "train/loss.h"
 
 namespace sarnerf {
 
@@ -19,8 +20,9 @@ class FieldLearner {
   /// Refines and prunes as `progress` asks for. True when the space that holds matter has changed.
   virtual bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) = 0;
 
-  /// One step down the gradient of a loss plus the field's priors, at this share of the largest learning rates.
-  virtual void minimise(const torch::Tensor& loss, double rate) = 0;
+  /// One step of the optimiser: carries the gradients of rows that field() rendered back to its parameters, adds the field's own
+  /// priors, and moves the parameters at `rate`, a fraction of the largest learning rates. Returns the sum of these priors.
+  virtual double minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) = 0;
 
   /// What is done once, after the last step.
   virtual void finish(const TrainingSet&) {}

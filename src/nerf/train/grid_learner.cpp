@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "files/archives.h"
 #include "sarnerf/core/error.h"
@@ -84,9 +85,7 @@ std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSe
   const FieldChannels grey{false, 0, SourceBasis::harmonics};
   const std::vector<float> values = grey_values(field);
   const BrickView<const float> view{&field.topology(), field.transform(), grey.count(), values};
-  RaySampling without_priors = sampling;
-  without_priors.distortion = 0.0;
-  RowRenderer renderer(view, grey, field.occupancy(), without_priors);
+  RowRenderer renderer(view, grey, field.occupancy(), sampling);
   const auto n_channels = static_cast<std::size_t>(grey.count());
   const auto isotropic = static_cast<std::size_t>(grey.first_source());
   std::vector<float> exposure(field.n_active() * n_channels), pixels, ones;
@@ -102,7 +101,7 @@ std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSe
     pixels.resize(n_pixels);
     ones.assign(n_pixels, 1.0f);
     renderer.forward(some, pixels);
-    renderer.backward(ones, field.active_voxels(), exposure);
+    renderer.backward(ones, 0.0, field.active_voxels(), exposure);
     for (std::size_t n = 0; n < returned.size(); ++n) returned[n] += double{exposure[n * n_channels + isotropic]};
   }
   const float* a = field.log_depth.data_ptr<float>();
@@ -148,20 +147,30 @@ Neighbourhood::Neighbourhood(const GridField& field) {
   }
 }
 
-void Neighbourhood::add_smoothness_gradient(const float* parameters, std::span<const float> weight,
-                                            std::span<const float> share, float* gradient) const {
+double Neighbourhood::smoothness(const float* parameters, std::span<const float> weight, std::span<const float> share,
+                                 float* gradient) const {
   const std::size_t n_weights = weight.size();
-  parallel_for(around_.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t n = begin; n < end; ++n) {
-      if (share[n] == 0.0f) continue;
-      for (std::size_t c = 0; c < n_weights; ++c) {
-        const float own = parameters[n * n_weights + c];
-        float differences = 0.0f;
-        for (const std::uint32_t other : around_[n]) differences += own - parameters[other * n_weights + c];
-        gradient[n * n_weights + c] += weight[c] * differences;
+  // Blocks are the same whatever the threads: so is the sum.
+  std::vector<double> of_block((around_.size() + kGrain - 1) / kGrain);
+  parallel_for(of_block.size(), 1, [&](std::size_t first_block, std::size_t end_block, int) {
+    for (std::size_t block = first_block; block < end_block; ++block) {
+      const std::size_t end = std::min(around_.size(), (block + 1) * kGrain);
+      for (std::size_t n = block * kGrain; n < end; ++n) {
+        for (std::size_t c = 0; c < n_weights; ++c) {
+          const float own = parameters[n * n_weights + c];
+          float differences = 0.0f, squares = 0.0f;
+          for (const std::uint32_t other : around_[n]) {
+            const float difference = own - parameters[other * n_weights + c];
+            differences += difference;
+            squares += difference * difference;
+          }
+          of_block[block] += 0.25 * double{weight[c]} * double{squares};  // each pair is met from both sides
+          if (share[n] != 0.0f) gradient[n * n_weights + c] += weight[c] * differences;
+        }
       }
     }
   });
+  return std::accumulate(of_block.begin(), of_block.end(), 0.0);
 }
 
 namespace {
@@ -324,19 +333,18 @@ void GridLearner::give_up_voxels(const TrainingSet& set, const RaySampling& samp
   forget_layout();
 }
 
-void GridLearner::add_smoothness(std::span<const float> shares) {
-  if (options_.smooth_density == 0.0 && options_.smooth_source == 0.0 && options_.smooth_angular == 0.0) return;
+double GridLearner::add_smoothness(std::span<const float> shares) {
+  if (options_.smooth_density == 0.0 && options_.smooth_source == 0.0 && options_.smooth_angular == 0.0) return 0.0;
   if (!neighbours_) neighbours_.emplace(field_);
   const auto add = [&](torch::Tensor& parameter, std::span<const float> weights) {
-    neighbours_->add_smoothness_gradient(parameter.data_ptr<float>(), weights, shares,
-                                         parameter.mutable_grad().data_ptr<float>());
+    return neighbours_->smoothness(parameter.data_ptr<float>(), weights, shares, parameter.mutable_grad().data_ptr<float>());
   };
   const auto density = static_cast<float>(options_.smooth_density);
-  add(field_.log_depth, {&density, 1});
+  const double of_density = add(field_.log_depth, {&density, 1});
   std::vector<float> source(static_cast<std::size_t>(field_.channels().n_source()),
                             static_cast<float>(options_.smooth_angular));
   source[0] = static_cast<float>(options_.smooth_source);
-  add(field_.coefficients, source);
+  return of_density + add(field_.coefficients, source);
 }
 
 std::vector<float> GridLearner::shares() const {
@@ -349,12 +357,12 @@ std::vector<float> GridLearner::shares() const {
   return shares;
 }
 
-void GridLearner::minimise(const torch::Tensor& loss, double rate) {
+double GridLearner::minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) {
   field_.set_source_scale(source_scale_);
   for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
-  loss.backward();
+  gradients.carry_back(rows);
   const std::vector<float> shares = this->shares();
-  add_smoothness(shares);
+  const double priors = add_smoothness(shares);
   const torch::NoGradGuard no_grad;
   const double source_rate = rate * options_.source_rate;
   const double decay = options_.brightness_decay * std::pow(options_.final_brightness_decay, progress_);
@@ -362,6 +370,7 @@ void GridLearner::minimise(const torch::Tensor& loss, double rate) {
   field_.log_depth.clamp_max_(std::log(kMostDepth));
   ++steps_at_level_;
   ++steps_since_change_;
+  return priors;
 }
 
 void GridLearner::finish(const TrainingSet& set) {

@@ -16,11 +16,6 @@
 
 namespace sarnerf {
 
-/// One azimuth row of one of the images.
-struct RowReference {
-  std::uint32_t view, row;
-};
-
 /// The rows whose strip meets the box: others are 0 whatever is learned.
 std::vector<RowReference> rows_that_see(const TrainingSet& set, const Box& box_m);
 
@@ -46,10 +41,10 @@ class Neighbourhood {
  public:
   explicit Neighbourhood(const GridField& field);
 
-  /// Adds the gradient of ½ Σ_pairs Σ_c weight_c (p_c − q_c)² to that of the voxels whose `share` [n_active] is not 0;
-  /// `parameters` and `gradient` are [n_active, n_weights].
-  void add_smoothness_gradient(const float* parameters, std::span<const float> weight, std::span<const float> share,
-                               float* gradient) const;
+  /// Smoothness, a prior: ½ Σ_pairs Σ_c weight_c (p_c − q_c)² over neighbouring voxels p and q. Its gradient is added to that of
+  /// the voxels whose `share` [n_active] is not 0. `parameters` and `gradient` are [n_active, n_weights].
+  double smoothness(const float* parameters, std::span<const float> weight, std::span<const float> share,
+                    float* gradient) const;
 
  private:
   std::vector<std::array<std::uint32_t, 6>> around_;  ///< places among the active voxels, its own where there is none
@@ -95,7 +90,7 @@ class GridLearner : public FieldLearner {
 
   const LearnedField& field() const override { return field_; }
   bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
-  void minimise(const torch::Tensor& loss, double rate) override;
+  double minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) override;
   void finish(const TrainingSet& set) override;
   Archive state() const override;
   void restore(const Archive& archive, const std::string& where) override;
@@ -110,7 +105,8 @@ class GridLearner : public FieldLearner {
   const RowsOfPass& pass(const TrainingSet& set);
   /// What was derived from which voxels there are.
   void forget_layout();
-  void add_smoothness(std::span<const float> shares);
+  /// Adds the gradients of the smoothness priors, and returns their sum.
+  double add_smoothness(std::span<const float> shares);
   /// Shares of the learning rates: 1, and 0 for voxels that no ray of the batch met, which have no gradients of the loss.
   std::vector<float> shares() const;
 

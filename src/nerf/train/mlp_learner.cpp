@@ -18,7 +18,7 @@ class MlpLearner : public FieldLearner {
 
   const LearnedField& field() const override { return field_; }
   bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
-  void minimise(const torch::Tensor& loss, double rate) override;
+  double minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) override;
   Archive state() const override;
   void restore(const Archive& archive, const std::string& where) override;
 
@@ -62,7 +62,7 @@ bool MlpLearner::adapt(double, const TrainingSet&, const RaySampling&) {
   return before.min != after.min || before.max != after.max;
 }
 
-void MlpLearner::minimise(const torch::Tensor& loss, double rate) {
+double MlpLearner::minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) {
   // Adam's first steps move all weights by the whole rate, whatever their gradients: enough to push a ReLU's density
   // below 0 everywhere, where it stays.
   const auto* const state = moments();
@@ -71,9 +71,10 @@ void MlpLearner::minimise(const torch::Tensor& loss, double rate) {
   static_cast<torch::optim::AdamOptions&>(adam_->param_groups()[0].options())
       .lr(warm * rate * options_.rate);
   adam_->zero_grad();
-  loss.backward();
+  gradients.carry_back(rows);
   adam_->step();
   ++steps_since_refresh_;
+  return 0.0;
 }
 
 Archive MlpLearner::state() const {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <random>
-#include <span>
 #include <sstream>
 #include <vector>
 
@@ -16,7 +15,7 @@
 #include "sarnerf/nerf/learned_field.h"
 #include "train/field_learner.h"
 #include "train/grid_learner.h"
-#include "train/response.h"
+#include "train/loss.h"
 
 namespace sarnerf {
 
@@ -112,24 +111,8 @@ std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const Trainer
 
 namespace {
 
-/// A loss this much larger than the smallest one says that the field has been lost, if it is also this much larger
-/// than that of black images: few rows may by chance show next to nothing, and their loss is no measure then.
-constexpr double kDivergence = 1000.0, kWorseThanBlack = 10.0;
-
 /// Rates fall as far as they shall in so many steps or more. Fewer cannot afford to become slow.
 constexpr double kStepsToFall = 100.0;
-
-/// Errors e whose squares grow as Huber's loss beyond `most`: as 2 most |e|, but for a constant, in their gradients.
-torch::Tensor bounded(const torch::Tensor& errors, double most) {
-  return errors * (most / errors.detach().abs().clamp_min(most)).sqrt();
-}
-
-/// Mean square of pixels.
-double mean_square(std::span<const float> pixels) {
-  double sum = 0.0;
-  for (const float p : pixels) sum += double{p} * double{p};
-  return sum / static_cast<double>(std::max<std::size_t>(1, pixels.size()));
-}
 
 }  // namespace
 
@@ -137,14 +120,15 @@ struct Trainer::State {
   TrainingSet set;
   TrainerOptions options;
   std::unique_ptr<FieldLearner> learner;
+  DataTerm data_term;
+  DivergenceGuard guard;
   RowQueue queue;
   std::int64_t steps = 0;
-  double mean_square_of_set = 0.0;
-  double clutter_level = 0.0;  ///< mean brightness of the ground
-  double least_loss = std::numeric_limits<double>::infinity();
-
   std::vector<StandingView> standing;  ///< of each view, over a level ground
-  std::optional<RowsThroughResponse> through_response;  ///< where images with a response are not sharpened
+
+  State(TrainingSet images, const TrainerOptions& how, const Monitor& monitor)
+      : set(std::move(images)), options(how), learner(make_learner(set, options, monitor)),
+        data_term(set, pixel_loss(set, options)), guard(set), queue(options.seed) {}
 
   /// The queue's rows, or with `resume` only what goes with them, after the field's space has changed.
   void look_at_field(bool resume) {
@@ -156,13 +140,17 @@ struct Trainer::State {
     for (const PosedImage& image : set.images) standing.push_back(standing_view(image.acquisition, box_m, height_m));
   }
 
-  /// Of a training that goes on at the pace so far.
-  double share_of_fall(double progress) const {
+  /// Of the largest learning rates, in a training that goes on at the pace so far.
+  double rate(double progress) const {
     const double all_steps = progress > 0.0 ? static_cast<double>(steps) / progress : kStepsToFall;
-    return std::min(1.0, all_steps / kStepsToFall);
+    return std::pow(options.final_rate, progress * std::min(1.0, all_steps / kStepsToFall));
   }
 
-  RaySampling sampling(double progress) const {
+  double distortion_weight(double progress) const {
+    return options.distortion * std::pow(options.final_distortion, progress);
+  }
+
+  RaySampling sampling() const {
     const LearnedField& field = learner->field();
     double most_m = std::numeric_limits<double>::infinity();
     for (const PosedImage& image : set.images)
@@ -172,20 +160,33 @@ struct Trainer::State {
     s.ray_spacing_m = std::min(options.ray_spacing * voxel_m, most_m);
     s.longest_m = options.longest_segment * voxel_m;
     s.end_depth = options.end_depth;
-    s.distortion = options.distortion * std::pow(options.final_distortion, progress);
     return s;
+  }
+
+  /// The next rows of the queue, as far as they show what stands on the ground.
+  RowBatch next_batch() {
+    RowBatch batch;
+    for (int n = 0; n < options.rows_per_step && !queue.empty(); ++n) {
+      const RowQueue::Draw draw = queue.next();
+      const PosedImage& image = set.appearances()[draw.row.view];
+      const auto i = static_cast<int>(draw.row.row);
+      RowRequest request{image.acquisition, i, draw.along_track_jitter, draw.fan_jitter};
+      StandingView part{request.least_angle_rad, request.most_angle_rad, 0, image.power.n_range()};
+      if (set.clutter) part = standing[draw.row.view];
+      request.least_angle_rad = part.least_angle_rad;
+      request.most_angle_rad = part.most_angle_rad;
+      batch.rows.push_back(draw.row);
+      batch.requests.push_back(request);
+      const auto pixels = image.power.row(i);
+      batch.image.insert(batch.image.end(), pixels.begin(), pixels.end());
+      for (int j = 0; j < image.power.n_range(); ++j) batch.counts.push_back(j >= part.first_bin && j < part.end_bin);
+    }
+    return batch;
   }
 };
 
-Trainer::Trainer(TrainingSet set, const TrainerOptions& options, const Monitor& monitor) : state_(std::make_unique<State>()) {
-  state_->set = std::move(set);
-  state_->options = options;
-  state_->learner = make_learner(state_->set, options, monitor);
-  for (const PosedImage& image : state_->set.appearances())
-    state_->mean_square_of_set += mean_square(image.power.pixels()) / static_cast<double>(state_->set.images.size());
-  if (state_->set.clutter) state_->clutter_level = state_->set.clutter->ground->mean_power();
-  if (state_->set.resolution && state_->set.cleaned.empty())
-    state_->through_response.emplace(state_->set, options.speckle_floor * state_->clutter_level, options.speckle_most);
+Trainer::Trainer(TrainingSet set, const TrainerOptions& options, const Monitor& monitor)
+    : state_(std::make_unique<State>(std::move(set), options, monitor)) {
   if (state_->learner->field().occupied_box_m().empty()) {
     const Box& box = state_->set.box_m;
     throw InputError(format("nothing can be learned: no place in the scene's box (%.4g..%.4g, %.4g..%.4g, %.4g..%.4g m about the aim "
@@ -193,7 +194,6 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options, const Monitor& 
                             "dataset, and whether its images are of one scene",
                             box.min.x, box.max.x, box.min.y, box.max.y, box.min.z, box.max.z));
   }
-  state_->queue = RowQueue(options.seed);
   state_->look_at_field(false);
 }
 
@@ -201,60 +201,20 @@ Trainer::~Trainer() = default;
 
 StepReport Trainer::step(double progress) {
   State& s = *state_;
-  if (s.learner->adapt(progress, s.set, s.sampling(0.0)))
-    s.look_at_field(false);
-
-  std::vector<RowReference> drawn;
-  std::vector<RowRequest> rows;
-  std::vector<float> wanted, counts;  // pixels, and 1 where they count
-  for (int n = 0; n < s.options.rows_per_step && !s.queue.empty(); ++n) {
-    const RowQueue::Draw draw = s.queue.next();
-    const PosedImage& image = s.set.appearances()[draw.row.view];
-    const auto i = static_cast<int>(draw.row.row);
-    RowRequest request{image.acquisition, i, draw.along_track_jitter, draw.fan_jitter};
-    StandingView part{request.least_angle_rad, request.most_angle_rad, 0, image.power.n_range()};
-    if (s.set.clutter) part = s.standing[draw.row.view];
-    request.least_angle_rad = part.least_angle_rad;
-    request.most_angle_rad = part.most_angle_rad;
-    rows.push_back(request);
-    drawn.push_back(draw.row);
-    const auto pixels = image.power.row(i);
-    for (int j = 0; j < image.power.n_range(); ++j) {
-      const bool inside = j >= part.first_bin && j < part.end_bin;
-      wanted.push_back(inside ? pixels[static_cast<std::size_t>(j)] : 0.0f);
-      counts.push_back(inside ? 1.0f : 0.0f);
-    }
-  }
-  double loss = 0.0;
-  if (!rows.empty()) {
-    const auto n = static_cast<std::int64_t>(wanted.size());
-    const torch::Tensor pixels = s.learner->field().render_rows(rows, s.sampling(progress));
-    const torch::Tensor counting = torch::from_blob(counts.data(), {n}, torch::kFloat);
-    const torch::Tensor truth = s.through_response ? s.through_response->wanted(drawn, pixels.detach(), counting)
-                                                   : torch::from_blob(wanted.data(), {n}, torch::kFloat);
-    // Errors have no unit before they are squared: images of any scale fit into float.
-    const bool relative = s.options.speckle_floor > 0.0 && s.set.clutter;
-    const double unit = relative ? s.options.speckle_floor * s.clutter_level : double{s.set.peak};
-    torch::Tensor errors = (pixels - truth) * counting;
-    if (relative) {
-      errors = errors / (pixels.detach().clamp_min(0.0) + unit);
-      if (s.options.speckle_most > 0.0 && !s.through_response) errors = bounded(errors, s.options.speckle_most);
-    } else {
-      errors = errors / unit;
-    }
-    const torch::Tensor squares = errors.square().sum();
-    loss = squares.item<double>() / std::max(1.0, counting.sum().item<double>());
-    // Errors of black images are the images over the unit, whichever loss it is.
-    const double black = (mean_square(wanted) + s.mean_square_of_set) / (unit * unit);
-    if (!std::isfinite(loss) || (loss > kDivergence * s.least_loss && loss > kWorseThanBlack * black))
-      throw NumericsError("training diverges: at step " + std::to_string(s.steps + 1) + " the mean square error is " +
-                          std::to_string(loss) + (relative ? " of the prediction's square" : " of the peak's square") +
-                          "; use lower learning rates");
-    s.least_loss = std::min(s.least_loss, loss);
-    s.learner->minimise(squares, std::pow(s.options.final_rate, progress * s.share_of_fall(progress)));
+  if (s.learner->adapt(progress, s.set, s.sampling())) s.look_at_field(false);
+  StepReport report{s.steps + 1, 0.0, 0.0, s.learner->field().size_text()};
+  if (const RowBatch batch = s.next_batch(); !batch.rows.empty()) {
+    const double weight = s.distortion_weight(progress);
+    const RenderedRows rows = s.learner->field().render(batch.requests, s.sampling(), weight > 0.0);
+    const DataLoss data = s.data_term.of(batch, rows.pixels);
+    s.guard.check(data, report.step);
+    const double distortion = weight > 0.0 ? weight * rows.distortion.item<double>() : 0.0;
+    const double of_field = s.learner->minimise(rows, {data.gradient, weight}, s.rate(progress));
+    report.loss = data.per_pixel(data.value);
+    report.priors = data.per_pixel(distortion + of_field);
   }
   ++s.steps;
-  return {s.steps, loss, s.learner->field().size_text()};
+  return report;
 }
 
 void Trainer::finish() { state_->learner->finish(state_->set); }
@@ -267,8 +227,8 @@ const TrainerOptions& Trainer::options() const { return state_->options; }
 Archive Trainer::checkpoint() const {
   Archive archive = state_->learner->state();
   state_->queue.save(archive);
-  if (state_->through_response) state_->through_response->save(archive);
-  add_trainer_json(archive, {options_json(state_->options), state_->steps, state_->least_loss});
+  state_->data_term.save(archive);
+  add_trainer_json(archive, {options_json(state_->options), state_->steps, state_->guard.least()});
   return archive;
 }
 
@@ -279,10 +239,10 @@ void Trainer::restore(const Archive& archive, const std::string& where) {
                           options_json(state_->options));
   state_->learner->restore(archive, where);
   state_->queue.restore(archive, where);
-  if (state_->through_response) state_->through_response->restore(archive, where);
+  state_->data_term.restore(archive, where);
   state_->look_at_field(true);
   state_->steps = saved.steps;
-  state_->least_loss = saved.least_loss;
+  state_->guard.set_least(saved.least_error);
 }
 
 }  // namespace sarnerf

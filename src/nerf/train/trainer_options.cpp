@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -69,10 +70,13 @@ void for_each_option(Options& o, Visit&& visit) {
   visit("final_rate", o.final_rate);
   visit("distortion", o.distortion);
   visit("final_distortion", o.final_distortion);
-  visit("speckle_floor", o.speckle_floor);
-  visit("speckle_most", o.speckle_most);
+  visit("relative_epsilon", o.relative_epsilon);
+  visit("huber_delta", o.huber_delta);
   visit("seed", o.seed);
 }
+
+/// Options of older versions, and what stands in their place.
+const std::map<std::string, std::string> kReplaced = {{"speckle_floor", "relative_epsilon"}, {"speckle_most", "huber_delta"}};
 
 /// By the clock, a step with voxels of half the size takes as long as some four of before.
 constexpr int kClockStepsLeft = 300;
@@ -105,9 +109,8 @@ void learn_surfaces(GridOptions& grid, bool several_incidences) {
 /// two where an impulse response makes neighbours alike.
 constexpr double kViewsTimesLooks = 144.0;
 
-/// Brightness, over the ground's, below which errors no longer count by what they are of it: what speckle leaves unsaid
-/// falls with the looks, what the field misses does not.
-constexpr double kFloorPerLook = 0.5, kMostFloor = 3.2;
+/// Epsilon of the relative loss: the error that speckle explains falls with the looks, what the field misses does not.
+constexpr double kEpsilonPerLook = 0.5, kMostEpsilon = 3.2;
 
 /// Priors where errors come back through an impulse response, which averages them over its width.
 constexpr double kThroughResponse = 0.4;
@@ -118,8 +121,8 @@ constexpr double kThroughResponse = 0.4;
 /// four looks, and on measured chips, which glint (docs/training.md).
 void learn_over_ground(TrainerOptions& options, const TrainingSet& set) {
   const double looks = looks_of(set.images).value_or(1.0);
-  options.speckle_floor = std::min(kMostFloor, kFloorPerLook * looks);
-  options.speckle_most = 3.0;
+  options.relative_epsilon = std::min(kMostEpsilon, kEpsilonPerLook * looks);
+  options.huber_delta = 3.0;
   options.ray_spacing = 1.0;
   options.final_rate = 0.05;
   options.grid.initial_depth = 0.1;
@@ -182,6 +185,12 @@ std::string options_json(const TrainerOptions& options) {
   return json.dump();
 }
 
+void refuse_replaced_option(const std::string& name) {
+  const auto replaced = kReplaced.find(name);
+  if (replaced != kReplaced.end())
+    throw UsageError("training option '" + name + "' is of an older version: use " + replaced->second);
+}
+
 TrainerOptions options_from_json(const std::string& text) {
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object()) throw UsageError("training options must be a JSON object, found: " + text.substr(0, 80));
@@ -202,7 +211,9 @@ TrainerOptions options_from_json(const std::string& text) {
     for (const auto& entry : json.items()) {
       bool known = false;
       for_each_option(options, [&](const char* name, auto&) { known |= entry.key() == name; });
-      if (!known) throw UsageError("'" + entry.key() + "' is no training option of the field '" + options.field + "'");
+      if (known) continue;
+      refuse_replaced_option(entry.key());
+      throw UsageError("'" + entry.key() + "' is no training option of the field '" + options.field + "'");
     }
   }
   return options;
@@ -210,13 +221,13 @@ TrainerOptions options_from_json(const std::string& text) {
 
 void add_trainer_json(Archive& archive, const TrainerJson& trainer) {
   add_text(archive, "trainer",
-           {{"options", Json::parse(trainer.options)}, {"steps", trainer.steps}, {"least_loss", trainer.least_loss}});
+           {{"options", Json::parse(trainer.options)}, {"steps", trainer.steps}, {"least_error", trainer.least_error}});
 }
 
 TrainerJson trainer_json(const Archive& archive, const std::string& where) {
   const Json text = text_of(archive, "trainer", where);
   const Json options = member<Json>(text, "options", where);
-  const Json& least = text.contains("least_loss") ? text.at("least_loss") : Json();
+  const Json& least = text.contains("least_error") ? text.at("least_error") : Json();
   // JSON has no infinity: nothing was learned yet.
   return {options.dump(), member<std::int64_t>(text, "steps", where),
           least.is_number() ? least.get<double>() : std::numeric_limits<double>::infinity()};
@@ -270,8 +281,8 @@ double deviance(double seen, double predicted) {
 
 double loss_of(const LearnedField& field, const Parts& parts, const TrainerOptions& options) {
   const TrainingSet& set = parts.learned;
-  const bool speckled = set.clutter && set.clutter->speckled && options.speckle_floor > 0.0;
-  const double floor = speckled ? options.speckle_floor * set.clutter->ground->mean_power() : 0.0;
+  const bool speckled = set.clutter && set.clutter->speckled && options.relative_epsilon > 0.0;
+  const double floor = speckled ? options.relative_epsilon * set.clutter->ground->mean_power() : 0.0;
   double total = 0.0;
   std::size_t n = 0;
   for (const PosedImage& image : parts.held_out) {

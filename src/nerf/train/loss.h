@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <torch/types.h>
+
+#include "sarnerf/nerf/learned_field.h"
+#include "sarnerf/nerf/trainer.h"
+#include "sarnerf/nerf/training_set.h"
+#include "train/response.h"
+
+// What learning minimises (docs/equations.md, E8), each term with its value and its gradient:
+//
+//     L = Σ_pixels ρ(e) + Σ_priors weight × P,        e = (μ − I) / d
+//
+// μ is the power that the field renders, I the image. The data term is here. The priors are the distortion of rays
+// (field/rows.h) and the differences of neighbouring voxels (train/grid_learner.h).
+
+namespace sarnerf {
+
+/// ρ(e) of one pixel: e² up to |e| = δ, and 2 δ |e| − δ² beyond (Huber 1964).
+///
+///     squared:   d = scale                      printed eq. 31, in units of `scale`
+///     relative:  d = max(0, sg(μ)) + scale      RawNeRF (Mildenhall et al. 2022); sg(μ) is μ held constant
+struct PixelLoss {
+  bool relative = false;
+  double scale = 1.0;        ///< a power: the unit of squared errors, ε of relative ones
+  double huber_delta = 0.0;  ///< δ; 0: e² everywhere
+
+  struct Term {
+    double value;     ///< ρ
+    double gradient;  ///< ∂ρ/∂μ with d held constant
+  };
+  Term of(double rendered, double image) const;
+};
+
+/// Relative over a level ground, with ε a multiple of the ground's mean power; else squared, in units of the peak.
+PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options);
+
+/// Azimuth rows of several views, their pixels one behind the other.
+struct RowBatch {
+  std::vector<RowReference> rows;
+  std::vector<RowRequest> requests;
+  std::vector<float> image;          ///< I
+  std::vector<std::uint8_t> counts;  ///< 0 for pixels whose rays are not rendered
+};
+
+/// The data term of a batch: a value and its gradient.
+struct DataLoss {
+  double value = 0.0;           ///< Σ ρ over n_pixels pixels
+  std::size_t n_pixels = 0;
+  torch::Tensor gradient;       ///< ∂value/∂(rendered pixel) of the batch, [n]; 0 for pixels that do not count
+  double square_error = 0.0;    ///< Σ (μ − I)² over the same pixels, whatever ρ is
+  double image_square = 0.0;    ///< Σ I²: the square error of a black image
+
+  double per_pixel(double sum) const { return sum / static_cast<double>(std::max<std::size_t>(1, n_pixels)); }
+};
+
+/// ∂L/∂ of rendered rows.
+struct RowGradients {
+  torch::Tensor pixels;     ///< [n_pixels]
+  double distortion = 0.0;  ///< 0: the rows were rendered without it
+
+  /// The backward pass: adds to the gradients of the field's parameters.
+  void carry_back(const RenderedRows& rows) const;
+};
+
+/// The data term, of single rows or through an impulse response.
+///
+/// Sharpened images (train/response.h) are learned row by row. Speckle cannot be sharpened. There the response B is a part of
+/// the model, μ = B f with f what the field renders, and the value is that of all pixels of the views that have rows in the
+/// batch:
+///
+///     value = Σ ρ((B f − I) / d),      ∂ value / ∂ f = Bᵀ [ρ'(e) / d]
+///
+/// Rows of f are rendered a few at a time. Other rows of a view keep their values from the step that rendered them last; until then
+/// they show the bare ground. Cost through a response: a product of matrices of the image's size for each axis and view.
+class DataTerm {
+ public:
+  /// Through the set's impulse response where the images are not sharpened. `set` is not kept. Throws UsageError where a
+  /// spacing under-samples the resolution.
+  DataTerm(const TrainingSet& set, const PixelLoss& pixel);
+
+  /// `rendered`: pixels of the batch's rows as the field has them, [n] float32.
+  DataLoss of(const RowBatch& batch, const torch::Tensor& rendered);
+
+  /// Rows that were rendered last, under "rendered_rows", where there is a response; and back. Throws CheckpointError.
+  void save(Archive& archive) const;
+  void restore(const Archive& archive, const std::string& where);
+
+ private:
+  struct View {
+    torch::Tensor azimuth, range;  ///< A [n_azimuth, n_azimuth] and R [n_range, n_range], symmetric: B f = A f R
+    torch::Tensor image, rendered;
+    float level = 0.0f;  ///< what lies beyond the borders: the ground's mean
+  };
+  DataLoss of_rows(const RowBatch& batch, const float* rendered) const;
+  DataLoss through_response(const RowBatch& batch, const float* rendered);
+
+  PixelLoss pixel_;
+  std::vector<View> views_;  ///< with a response only
+};
+
+/// Finds out when a field is lost. It compares mean square errors of power, whichever the loss is: a relative error stays
+/// below 1 however much too bright a field is. Lost is a field whose error is a thousand times the least so far and ten times
+/// that of black images. (A batch may show almost nothing, so that the least error is near 0: the second comparison then decides.)
+class DivergenceGuard {
+ public:
+  explicit DivergenceGuard(const TrainingSet& set);
+
+  /// Throws NumericsError for a step whose loss is not finite or whose field is lost.
+  void check(const DataLoss& loss, std::int64_t step);
+
+  double least() const { return least_; }  ///< least mean square error so far, over the peak's square
+  void set_least(double least) { least_ = least; }
+
+ private:
+  double peak_, mean_square_;
+  double least_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace sarnerf

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every term of the loss: its value against its definition in double, its gradient against central differences of its value.
+#include "train/loss.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+#include <vector>
+
+#include "field/rows.h"
+#include "ground_scene.h"
+#include "sarnerf/core/error.h"
+#include "small_grid.h"
+#include "small_mlp.h"
+#include "small_set.h"
+#include "torch_catch.h"
+#include "train/grid_learner.h"
+
+using namespace sarnerf;
+
+namespace {
+
+const Resolution kGroundResolution{0.8, 0.8, window_from_text("taylor:-35")};
+
+/// Speckled views of the block on its ground.
+TrainingSet speckled_ground(const std::optional<Resolution>& resolution = {}) {
+  return training_set(speckled_scene(12, 1.0), ground_scene_box(), {}, resolution);
+}
+
+RowBatch batch_of(const TrainingSet& set, std::span<const RowReference> rows) {
+  RowBatch batch;
+  for (const RowReference& r : rows) {
+    batch.rows.push_back(r);
+    const auto pixels = set.images[r.view].power.row(static_cast<int>(r.row));
+    batch.image.insert(batch.image.end(), pixels.begin(), pixels.end());
+    batch.counts.insert(batch.counts.end(), pixels.size(), 1);
+  }
+  return batch;
+}
+
+/// A block of n³ active voxels.
+GridField small_field_of(int n) {
+  GridField field(GridTransform{}, 0, 1.0);
+  BrickTopology topology;
+  std::vector<std::uint8_t> active;
+  for (int b = 0; b < n / kBrickSide * (n / kBrickSide) * (n / kBrickSide); ++b) {
+    const int side = n / kBrickSide;
+    topology.insert({b / (side * side), b / side % side, b % side});
+    active.insert(active.end(), kBrickVoxels, 1);
+  }
+  field.set_voxels(std::move(topology), active, torch::zeros({n * n * n}), torch::zeros({n * n * n, 1}));
+  return field;
+}
+
+torch::Tensor random_pixels(std::size_t n, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> value(0.02f, 0.5f);
+  torch::Tensor pixels = torch::empty({static_cast<std::int64_t>(n)}, torch::kFloat);
+  for (std::size_t k = 0; k < n; ++k) pixels.data_ptr<float>()[k] = value(random);
+  return pixels;
+}
+
+}  // namespace
+
+TEST_CASE("a pixel's loss is e², Huber's beyond δ; its gradient holds the denominator constant") {
+  const auto check = [](const PixelLoss& loss, double rendered, double image) {
+    const double d = loss.relative ? std::max(0.0, rendered) + loss.scale : loss.scale;
+    const double e = (rendered - image) / d;
+    const double expected = loss.huber_delta > 0.0 && std::abs(e) > loss.huber_delta
+                                ? 2.0 * loss.huber_delta * std::abs(e) - loss.huber_delta * loss.huber_delta
+                                : e * e;
+    CHECK(loss.of(rendered, image).value == Approx(expected).epsilon(1e-12));
+    // A squared loss of the same denominator is one whose denominator does not move.
+    const PixelLoss held{false, d, loss.huber_delta};
+    const double step = 1e-6 * d;
+    const double difference = (held.of(rendered + step, image).value - held.of(rendered - step, image).value) / (2.0 * step);
+    CHECK(loss.of(rendered, image).gradient == Approx(difference).epsilon(1e-6).margin(1e-9 / d));
+  };
+  for (const double scale : {1e-20, 0.7, 1e20}) {
+    for (const double rendered : {-0.4, 0.0, 0.3, 5.0})
+      for (const double image : {0.0, 0.3, 2.0, 40.0}) {
+        check({false, scale, 0.0}, rendered * scale, image * scale);
+        check({true, scale, 0.0}, rendered * scale, image * scale);
+        check({true, scale, 1.5}, rendered * scale, image * scale);
+      }
+  }
+  // Value and gradient go over into one another where |e| = δ.
+  const PixelLoss huber{true, 1.0, 1.5};
+  CHECK(huber.of(0.0, 1.5 * (1.0 - 1e-9)).value == Approx(huber.of(0.0, 1.5 * (1.0 + 1e-9)).value).epsilon(1e-8));
+  CHECK(huber.of(0.0, 1.5 * (1.0 - 1e-9)).gradient == Approx(huber.of(0.0, 1.5 * (1.0 + 1e-9)).gradient).epsilon(1e-8));
+}
+
+TEST_CASE("which loss it is follows from the images") {
+  const TrainingSet dark = small_set(4), ground = speckled_ground();
+  REQUIRE(ground.clutter);
+  TrainerOptions options = default_options(ground, "grid");
+  const PixelLoss relative = pixel_loss(ground, options);
+  CHECK(relative.relative);
+  CHECK(relative.scale == Approx(options.relative_epsilon * ground.clutter->ground->mean_power()));
+  CHECK(relative.huber_delta == options.huber_delta);
+  options.relative_epsilon = 0.0;
+  CHECK_FALSE(pixel_loss(ground, options).relative);
+  CHECK(pixel_loss(dark, default_options(dark, "grid")).scale == Approx(double{dark.peak}));
+}
+
+TEST_CASE("pixels whose rays were not rendered count neither in the value nor in the gradient") {
+  const TrainingSet set = small_set(4);
+  const std::array<RowReference, 2> rows{{{0, 3}, {2, 4}}};
+  RowBatch batch = batch_of(set, rows);
+  const torch::Tensor rendered = random_pixels(batch.image.size(), 3);
+  batch.counts[5] = batch.counts[20] = 0;
+  DataTerm term(set, {false, 0.25, 0.0});
+  const DataLoss loss = term.of(batch, rendered);
+  double value = 0.0, square_error = 0.0, image_square = 0.0;
+  for (std::size_t n = 0; n < batch.image.size(); ++n) {
+    const double error = double{rendered.data_ptr<float>()[n]} - double{batch.image[n]};
+    const double counts = batch.counts[n];
+    value += counts * 16.0 * error * error;
+    square_error += counts * error * error;
+    image_square += counts * double{batch.image[n]} * double{batch.image[n]};
+    CHECK(loss.gradient[static_cast<std::int64_t>(n)].item<double>() == Approx(counts * 32.0 * error).epsilon(1e-5));
+  }
+  CHECK(loss.n_pixels == batch.image.size() - 2);
+  CHECK(loss.value == Approx(value).epsilon(1e-10));
+  CHECK(loss.per_pixel(loss.value) == Approx(value / static_cast<double>(loss.n_pixels)).epsilon(1e-10));
+  CHECK(loss.square_error == Approx(square_error).epsilon(1e-10));
+  CHECK(loss.image_square == Approx(image_square).epsilon(1e-10));
+}
+
+TEST_CASE("the gradient through a response agrees with central differences of the value of whole views") {
+  const TrainingSet set = speckled_ground(kGroundResolution);
+  REQUIRE(set.clutter);
+  const std::array<RowReference, 3> rows{{{2, 20}, {2, 22}, {7, 11}}};
+  const RowBatch batch = batch_of(set, rows);
+  // An ε that dwarfs what is rendered holds the denominator: the value then is the function whose gradient is given.
+  const PixelLoss pixel{true, 1e5, 0.0};
+  const torch::Tensor at = random_pixels(batch.image.size(), 9);
+  DataTerm term(set, pixel);
+  const DataLoss loss = term.of(batch, at);
+  CHECK(loss.n_pixels == 2 * set.images[2].power.pixels().size());
+  const auto moved = [&](std::int64_t pixel_number, double step) {
+    torch::Tensor pixels = at.clone();
+    pixels[pixel_number] += step;
+    return DataTerm(set, pixel).of(batch, pixels).value;
+  };
+  const auto n_range = static_cast<std::int64_t>(set.images[2].power.n_range());
+  for (const std::int64_t n : {std::int64_t{3}, n_range / 2, n_range + n_range / 2, 2 * n_range + 40}) {
+    constexpr double kStep = 0.5;
+    CHECK((moved(n, kStep) - moved(n, -kStep)) / (2.0 * kStep) == Approx(loss.gradient[n].item<double>()).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("smoothness is half the sum over pairs of neighbours, and its gradient that of its value") {
+  GridField field = small_grid(21);
+  const Neighbourhood neighbours(field);
+  const std::vector<float> weight(static_cast<std::size_t>(field.channels().n_source()), 0.3f);
+  const std::vector<float> all(field.n_active(), 1.0f);
+  const torch::NoGradGuard no_grad;
+  torch::Tensor b = field.coefficients.detach().clone();
+  torch::Tensor gradient = torch::zeros_like(b), unused = torch::zeros_like(b);
+  const double value = neighbours.smoothness(b.data_ptr<float>(), weight, all, gradient.data_ptr<float>());
+  REQUIRE(value > 0.0);
+  const torch::Tensor direction = gradient / gradient.norm();
+  const auto along = [&](double step) {
+    const torch::Tensor there = (b + step * direction).contiguous();
+    return neighbours.smoothness(there.data_ptr<float>(), weight, all, unused.data_ptr<float>());
+  };
+  // A quadratic form: central differences are exact, and a half of its gradient at b is its value.
+  CHECK((along(0.5) - along(-0.5)) == Approx(gradient.norm().item<double>()).epsilon(1e-4));
+  CHECK(0.5 * (gradient * b).sum().item<double>() == Approx(value).epsilon(1e-5));
+  // As a plain double sum, over more voxels than a thread takes at a time.
+  const GridField large = small_field_of(24);
+  const Neighbourhood of_large(large);
+  const std::vector<float> everywhere(large.n_active(), 1.0f), one_weight(1, 1.0f);
+  REQUIRE(large.n_active() == 24 * 24 * 24);
+  std::vector<float> a(large.n_active()), ignored(large.n_active());
+  std::map<std::array<int, 3>, double> at;
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    a[n] = std::sin(0.37f * static_cast<float>(n));
+    const glm::ivec3 v = large.topology().coordinate(large.active_voxels()[n] / kBrickVoxels) * kBrickSide +
+                         voxel_in_brick(large.active_voxels()[n]);
+    at[{v.x, v.y, v.z}] = double{a[n]};
+  }
+  double expected = 0.0;
+  for (const auto& [v, own] : at)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::array<int, 3> next = v;
+      ++next[axis];
+      if (at.count(next) != 0) expected += 0.5 * (own - at[next]) * (own - at[next]);
+    }
+  CHECK(of_large.smoothness(a.data(), one_weight, everywhere, ignored.data()) == Approx(expected).epsilon(1e-6));
+
+  // Voxels without a ray of the batch keep their place, and are neighbours all the same.
+  std::vector<float> one(field.n_active(), 0.0f);
+  one[7] = 1.0f;
+  torch::Tensor of_one = torch::zeros_like(b);
+  CHECK(neighbours.smoothness(b.data_ptr<float>(), weight, one, of_one.data_ptr<float>()) == Approx(value));
+  CHECK(torch::equal(of_one[7], gradient[7]));
+  of_one[7].zero_();
+  CHECK(of_one.abs().max().item<float>() == 0.0f);
+}
+
+TEST_CASE("distortion is the double sum over segments, and its gradient that of its value") {
+  GridField field = small_grid(22);
+  const std::vector<RowRequest> rows{{small_acquisition(0.3), 3}, {small_acquisition(2.1), 5, 0.25, 0.75}};
+  const RaySampling sampling = small_sampling();
+
+  // The double sum, from the segments of the same rays.
+  RowPart part;
+  const std::vector<float> values = field.values();
+  VolumeMarcher marcher(field.view(values), field.channels(), field.occupancy(), sampling.longest_m, sampling.end_depth);
+  double expected = 0.0;
+  for (const RowRequest& request : rows) {
+    part.rows.clear();
+    const RowRays row = rays_of_row(request, field.occupied_box_m(), sampling);
+    part.rows.begin_row(row.grid, request.row, sampling.sub_rows);
+    part.rows.march(marcher, row.grid, row.rays);
+    const SampleBatch& batch = part.rows.batch();
+    const BatchField& at = part.rows.field();
+    const double bin_m = request.acquisition.range_spacing_m;
+    for (std::size_t q = 0; q + 1 < batch.ray_begin.size(); ++q) {
+      const std::uint32_t begin = batch.ray_begin[q], end = batch.ray_begin[q + 1];
+      std::vector<double> w, r, l;
+      double transmittance = 1.0;
+      for (std::uint32_t s = begin; s < end; ++s) {
+        const double stays = std::exp(-2.0 * double{batch.length_m[s]} * double{at.extinction_per_m[s]});
+        l.push_back(double{batch.length_m[s]} / bin_m);
+        r.push_back(at.near_bin[s] + 0.5 * l.back());
+        w.push_back(transmittance * (1.0 - stays));
+        transmittance *= stays;
+      }
+      double of_ray = 0.0;
+      for (std::size_t s = 0; s < w.size(); ++s) {
+        of_ray += w[s] * w[s] * l[s] / 3.0;
+        for (std::size_t t = 0; t < w.size(); ++t) of_ray += w[s] * w[t] * std::abs(r[s] - r[t]);
+      }
+      expected += of_ray * sampling.ray_spacing_m / (bin_m * sampling.sub_rows);
+    }
+  }
+  const RenderedRows rendered = field.render(rows, sampling, true);
+  REQUIRE(expected > 0.0);
+  CHECK(rendered.distortion.item<double>() == Approx(expected).epsilon(1e-5));
+  CHECK_FALSE(field.render(rows, sampling, false).distortion.defined());
+
+  const auto check_gradient = [&](torch::Tensor& parameter, double step, const auto& distortion) {
+    const torch::Tensor direction = parameter.grad() / parameter.grad().norm();
+    const double slope = parameter.grad().norm().item<double>();
+    const torch::NoGradGuard no_grad;
+    parameter.add_(direction, step);
+    const double above = distortion();
+    parameter.sub_(direction, 2.0 * step);
+    const double below = distortion();
+    parameter.add_(direction, step);
+    CHECK((above - below) / (2.0 * step) == Approx(slope).epsilon(1e-2));
+  };
+  RowGradients{torch::zeros_like(rendered.pixels), 1.0}.carry_back(rendered);
+  check_gradient(field.log_depth, 0.02, [&] { return field.render(rows, sampling, true).distortion.item<double>(); });
+  CHECK(field.coefficients.grad().abs().max().item<float>() == 0.0f);
+
+  MlpField network = small_mlp(36);
+  network.use_kernel(MlpKernel::plain);
+  const RenderedRows of_network = network.render(rows, sampling, true);
+  REQUIRE(of_network.distortion.item<double>() > 0.0);
+  RowGradients{torch::zeros_like(of_network.pixels), 1.0}.carry_back(of_network);
+  torch::Tensor parameters = network.network().parameters;
+  check_gradient(parameters, 5e-5, [&] { return network.render(rows, sampling, true).distortion.item<double>(); });
+}
+
+TEST_CASE("a field that is lost is found out over a ground as without one, and a black one is not lost") {
+  for (const bool over_ground : {false, true}) {
+    const TrainingSet set = over_ground ? speckled_ground() : small_set(4);
+    const PixelLoss pixel = pixel_loss(set, default_options(set, "grid"));
+    REQUIRE(pixel.relative == over_ground);
+    const std::array<RowReference, 2> rows{{{0, 3}, {2, 4}}};
+    const RowBatch batch = batch_of(set, rows);
+    const torch::Tensor image = torch::tensor(batch.image);
+    DataTerm term(set, pixel);
+    DivergenceGuard guard(set);
+    guard.check(term.of(batch, 0.99 * image), 1);
+    CHECK(guard.least() > 0.0);
+    guard.check(term.of(batch, torch::zeros_like(image)), 2);
+    CHECK_THROWS_AS(guard.check(term.of(batch, 1e4 * image), 3), NumericsError);
+    CHECK_THROWS_AS(guard.check(term.of(batch, image * std::numeric_limits<float>::quiet_NaN()), 4), NumericsError);
+  }
+}
