@@ -24,8 +24,9 @@ struct LearnedScene : SmallScene {
 
 TEST_CASE("models that revision e07e418 learned load and render as they did") {
   // Made with that revision: sar_render data/cuboid.json --pitch 45 --azimuth 0:330:30 --size 40x40 --spacing 0.8, for
-  // grid_over_ground with --ground grass --looks 4; sar_nerf_train --steps 120 --threads 1, for mlp --field mlp --steps 60
-  // --option width=64 --option depth=3 --option skip=0; sar_nerf_render --azimuth 17.
+  // grid_over_ground with --ground grass --looks 4; sar_nerf_train --steps 120 --threads 1, for grid_over_ground with --option
+  // residuals=0 (its kriging is gone), for mlp with --field mlp --steps 60 --option width=64 --option depth=3 --option skip=0;
+  // sar_nerf_render --azimuth 17.
   const ScratchFolder scratch;
   struct Case {
     const char* name;
