@@ -103,6 +103,14 @@ TEST_CASE("which loss it is follows from the images") {
   options.relative_epsilon = 0.0;
   CHECK_FALSE(pixel_loss(ground, options).relative);
   CHECK(pixel_loss(dark, default_options(dark, "grid")).scale == Approx(double{dark.peak}));
+
+  // And it is said.
+  CHECK(loss_text(dark, default_options(dark, "grid")) == "mean square error of power over the peak's square (paper, eq. 31)");
+  options = default_options(ground, "grid");
+  CHECK(loss_text(ground, options).find("Huber's function (delta 3) of relative errors") != std::string::npos);
+  options.huber_delta = 0.0;
+  CHECK(loss_text(speckled_ground(kGroundResolution), options).find("mean square of relative errors of power") == 0);
+  CHECK(loss_text(speckled_ground(kGroundResolution), options).find("seen through the impulse response") != std::string::npos);
 }
 
 TEST_CASE("pixels whose rays were not rendered count neither in the value nor in the gradient") {
