@@ -327,21 +327,15 @@ std::string sizes_text(const std::vector<DatasetView>& views) {
 /// What the images show around the scene, and what follows.
 std::string background_text(const TrainingSet& set) {
   if (set.tails_are_dark) return "tails of an impulse response, 40 dB below the brightest pixel: taken for dark";
-  if (!set.clutter)
+  if (!set.ground)
     return set.background ? "returns power, but is no level ground of clear texture: nothing is carved"
                                       : "dark: what lies in front of the first returns is empty";
-  const Clutter& clutter = *set.clutter;
-  std::uint64_t n_like = 0, n = 0;
-  for (const Image<std::uint8_t>& like : clutter.like_ground) {
-    n += like.pixels().size();
-    for (const std::uint8_t l : like.pixels()) n_like += l;
-  }
+  const GroundEstimate& ground = *set.ground;
   return format("level ground%s, %.3g m %s the aim point, alone in %.0f %% of the pixels: rays end on it, "
                 "matter may be up to %.3g m above it%s",
-                clutter.speckled ? " under speckle" : "", std::abs(clutter.ground->height_m),
-                clutter.ground->height_m < 0.0 ? "below" : "above",
-                100.0 * static_cast<double>(n_like) / static_cast<double>(n), set.box_m.max.y - clutter.ground->height_m,
-                clutter.speckled ? " (--scene-height)" : "");
+                ground.speckled ? " under speckle" : "", std::abs(ground.plane->height_m),
+                ground.plane->height_m < 0.0 ? "below" : "above", 100.0 * ground.part_of_pixels(),
+                set.box_m.max.y - ground.plane->height_m, ground.speckled ? " (--scene-height)" : "");
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sarnerf/core/units.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/core/numbers.h"
@@ -194,9 +195,23 @@ std::optional<double> looks_of(std::span<const PosedImage> images) {
   return median(looks);
 }
 
-bool is_speckled(std::span<const PosedImage> images) {
-  const auto looks = looks_of(images);
-  return looks && *looks < kSpeckledBelow;
+bool is_speckle(std::optional<double> looks) { return looks && *looks < kSpeckledBelow; }
+
+bool is_speckled(std::span<const PosedImage> images) { return is_speckle(looks_of(images)); }
+
+std::vector<std::vector<std::size_t>> places_by_pitch(std::span<const double> incidence_rad) {
+  constexpr double kPitchGap_rad = rad_from_deg(0.25);
+  std::vector<double> sorted(incidence_rad.begin(), incidence_rad.end());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<double> last_of_pitch;
+  for (std::size_t n = 0; n < sorted.size(); ++n)
+    if (n + 1 == sorted.size() || sorted[n + 1] - sorted[n] > kPitchGap_rad) last_of_pitch.push_back(sorted[n]);
+  std::vector<std::vector<std::size_t>> pitches(last_of_pitch.size());
+  for (std::size_t n = 0; n < incidence_rad.size(); ++n) {
+    const auto pitch = std::lower_bound(last_of_pitch.begin(), last_of_pitch.end(), incidence_rad[n]) - last_of_pitch.begin();
+    pitches[static_cast<std::size_t>(pitch)].push_back(n);
+  }
+  return pitches;
 }
 
 namespace {

@@ -22,8 +22,6 @@ namespace {
 /// also keeps ties, as in the middle of a gap, from being decided by rounding.
 constexpr double kSameAngle_rad = 1e-9;
 
-constexpr double kPitchGap_rad = rad_from_deg(0.25);
-
 constexpr std::size_t kNearest = 6;  ///< of nearest_azimuths()
 
 /// How far to turn from one azimuth to another in the direction of growing azimuths, in [0, 2π).
@@ -54,23 +52,16 @@ std::vector<const PosedImage*> checked_views(std::span<const PosedImage> trainin
 }
 
 std::vector<Pitch> pitches(Views training) {
-  std::vector<double> sorted;
-  for (const PosedImage* image : training) sorted.push_back(image->acquisition.incidence_rad);
-  std::sort(sorted.begin(), sorted.end());
-
-  std::vector<double> last_of_pitch;
-  for (std::size_t n = 0; n < sorted.size(); ++n) {
-    if (n + 1 == sorted.size() || sorted[n + 1] - sorted[n] > kPitchGap_rad)
-      last_of_pitch.push_back(sorted[n]);
-  }
-  std::vector<Pitch> all(last_of_pitch.size());
-  for (const PosedImage* image : training) {
-    const double incidence = image->acquisition.incidence_rad;
-    const auto place = std::lower_bound(last_of_pitch.begin(), last_of_pitch.end(), incidence);
-    Pitch& pitch = all[static_cast<std::size_t>(place - last_of_pitch.begin())];
-    pitch.views.push_back(image);
-    // A running mean: equal incidences have exactly their own.
-    pitch.incidence_rad += (incidence - pitch.incidence_rad) / double(pitch.views.size());
+  std::vector<double> incidence_rad;
+  for (const PosedImage* image : training) incidence_rad.push_back(image->acquisition.incidence_rad);
+  std::vector<Pitch> all;
+  for (const std::vector<std::size_t>& places : places_by_pitch(incidence_rad)) {
+    Pitch& pitch = all.emplace_back();
+    for (const std::size_t n : places) {
+      pitch.views.push_back(training[n]);
+      // A running mean: equal incidences have exactly their own.
+      pitch.incidence_rad += (incidence_rad[n] - pitch.incidence_rad) / double(pitch.views.size());
+    }
   }
   return all;
 }

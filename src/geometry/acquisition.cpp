@@ -71,6 +71,13 @@ RadarPoint project(const Acquisition& a, const RadarFrame& frame, const glm::dve
   return {glm::dot(q, frame.h), range_offset, std::atan2(along_v, depth)};
 }
 
+std::optional<glm::ivec2> pixel_of(const Acquisition& a, const RadarPoint& p) {
+  const auto i = static_cast<int>(std::lround(a.row_of(p.along_track_m)));
+  const auto j = static_cast<int>(std::lround(a.bin_of(p.range_offset_m)));
+  if (i < 0 || i >= a.n_azimuth || j < 0 || j >= a.n_range) return {};
+  return glm::ivec2(i, j);
+}
+
 std::vector<double> plane_offsets_m(const Acquisition& a, double height_m) {
   // With g the distance along the plane, the difference of g and r sin θ is formed from g² − r² sin² θ, which keeps
   // large numbers from cancelling.

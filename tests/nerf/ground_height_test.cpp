@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the ground lies whose texture speckled views share.
-#include "ground/median_ground.h"
+// The height of a ground whose texture speckled views have in common.
+#include "sarnerf/nerf/ground.h"
 
 #include "ground_scene.h"
 #include "sarnerf/core/error.h"
@@ -29,33 +29,40 @@ std::vector<PosedImage> featureless_scene(int n_views) {
 
 }  // namespace
 
-TEST_CASE("speckled views tell the height of a ground by its texture") {
+TEST_CASE("the height of a ground is estimated from its texture under speckle") {
   const auto images = speckled_scene(36, 1.0);
   // A pixel of slant range is 0.57 m of height here.
-  for (const double bottom_m : {1.3, -1.1}) {
-    const auto height_m = ground_height_m(images, box_from(bottom_m));
-    REQUIRE(height_m.has_value());
-    CHECK(*height_m == Approx(0.0).margin(0.15));
-    CHECK(training_set(images, box_from(bottom_m)).box_m.min.y == *height_m);
+  for (const double bottom_m : {1.3, -1.1, 0.0}) {
+    const auto ground = estimate_ground(images, box_from(bottom_m));
+    REQUIRE(ground.has_value());
+    CHECK(ground->plane->height_m == Approx(0.0).margin(0.15));
+    CHECK(training_set(images, box_from(bottom_m)).box_m.min.y == ground->plane->height_m);
   }
 }
 
-TEST_CASE("a ground at the bottom of the box stays there") {
-  const auto height_m = ground_height_m(speckled_scene(36, 1.0), box_from(0.0));
-  CHECK(height_m.value_or(0.0) == Approx(0.0).margin(0.15));
+TEST_CASE("without texture or without speckle the ground is the bottom of the box") {
+  const auto height_m = [](const std::vector<PosedImage>& images) {
+    const auto ground = estimate_ground(images, box_from(1.0));
+    REQUIRE(ground.has_value());
+    return ground->plane->height_m;
+  };
+  CHECK(height_m(featureless_scene(24)) == 1.0);
+  CHECK(height_m(ground_scene(24, [](int) { return 1.0; })) == 1.0);
 }
 
-TEST_CASE("a ground without texture or without speckle or of few views tells no height") {
-  CHECK_FALSE(ground_height_m(featureless_scene(24), box_from(1.0)));
-  CHECK_FALSE(ground_height_m(ground_scene(24, [](int) { return 1.0; }), box_from(1.0)));
-  CHECK_FALSE(ground_height_m(speckled_scene(5, 1.0), box_from(1.0)));
+TEST_CASE("a ground farther away than heights are tried stays at the bottom of the box") {
+  const auto ground = estimate_ground(speckled_scene(36, 1.0), box_from(4.5));
+  REQUIRE(ground.has_value());
+  CHECK(ground->plane->height_m == 4.5);
 }
 
-TEST_CASE("a ground further away than heights are tried tells none") {
-  CHECK_FALSE(ground_height_m(speckled_scene(36, 1.0), box_from(4.5)));
+TEST_CASE("a height that is given is not estimated") {
+  const auto ground = estimate_ground(speckled_scene(36, 1.0), box_from(0.0), 0.4);
+  REQUIRE(ground.has_value());
+  CHECK(ground->plane->height_m == 0.4);
 }
 
-TEST_CASE("a height that is told is taken in world coordinates") {
+TEST_CASE("a height that is given is taken in world coordinates") {
   auto images = speckled_scene(12, 1.0);
   for (PosedImage& image : images) image.acquisition.aim_m = {3.0, 10.0, 0.0};
   Box box = ground_scene_box();

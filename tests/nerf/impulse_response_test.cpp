@@ -186,8 +186,8 @@ TEST_CASE("a field learned from sharpened images predicts images with the respon
 
 TEST_CASE("speckle over a ground is not sharpened and its priors are weaker for being averaged") {
   const TrainingSet set = training_set(speckled_scene(36, 1.0), ground_scene_box(), {}, kGroundResolution);
-  REQUIRE(set.clutter);
-  CHECK(set.clutter->speckled);
+  REQUIRE(set.ground);
+  CHECK(set.ground->speckled);
   CHECK(set.resolution == kGroundResolution);
   CHECK(set.cleaned.empty());
   const TrainingSet plain = training_set(speckled_scene(36, 1.0), ground_scene_box());
@@ -196,7 +196,7 @@ TEST_CASE("speckle over a ground is not sharpened and its priors are weaker for 
 
 TEST_CASE("speckled views too few to tell a ground are learned without the response") {
   const TrainingSet set = training_set(speckled_scene(4, 1.0), ground_scene_box(), {}, kGroundResolution);
-  CHECK_FALSE(set.clutter);
+  CHECK_FALSE(set.ground);
   CHECK_FALSE(set.resolution);
   CHECK(set.cleaned.empty());
 }
@@ -238,7 +238,7 @@ TEST_CASE("a row's gradient is that of its view's likelihood through the respons
   };
   double level = 0.0;
   for (int i = 0; i < a.n_azimuth; ++i)
-    for (const float p : ground_bins(*set.clutter->ground, a, i).power) level += double{p} / (a.n_azimuth * a.n_range);
+    for (const float p : ground_bins(*set.ground->plane, a, i).power) level += double{p} / (a.n_azimuth * a.n_range);
   for (const int j : {3, a.n_range / 2, n_counting - 1}) {
     double gradient = 0.0;
     for (int m = 0; m < a.n_azimuth; ++m)

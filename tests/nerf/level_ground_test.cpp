@@ -112,16 +112,16 @@ TEST_CASE("a ground comes back from a model's archive") {
 
 TEST_CASE("the ground under speckle has the mean of its clean image and gains of its views") {
   const std::vector<PosedImage> images = speckled_scene(36, 1.0);
-  const std::optional<Clutter> clutter = find_clutter(images, ground_scene_box());
-  REQUIRE(clutter.has_value());
-  CHECK(clutter->gain[1] / clutter->gain[0] == Approx(1.5).epsilon(0.08));
+  const std::optional<GroundEstimate> found = estimate_ground(images, ground_scene_box());
+  REQUIRE(found.has_value());
+  CHECK(found->gain[1] / found->gain[0] == Approx(1.5).epsilon(0.08));
   double error = 0.0;
   int n = 0;
   for (double x = -8.0; x <= 8.0; x += 1.0)
     for (double z = -8.0; z <= 8.0; z += 1.0) {
       if (std::abs(x) < 6.0 && std::abs(z) < 6.0) continue;  // the block, its layover and its shadow
-      const double found = clutter->ground->texture_at(x, z) * clutter->ground->gain[0];
-      error += std::abs(found / (1.25 * ground_scene_texture(x, z)) - 1.0);
+      const double power = found->plane->texture_at(x, z) * found->plane->gain[0];
+      error += std::abs(power / (1.25 * ground_scene_texture(x, z)) - 1.0);
       ++n;
     }
   // Texture varies by 30 % and single pixels by 100 %.
@@ -136,20 +136,20 @@ TEST_CASE("what shines in a third of a view is not taken for its gain") {
     for (int i = 0; i < power.n_azimuth(); ++i)
       for (int j = 2 * power.n_range() / 3; j < power.n_range(); ++j) power(i, j) *= 30.0f;
   }
-  const std::optional<Clutter> clutter = find_clutter(images, ground_scene_box());
-  REQUIRE(clutter.has_value());
+  const std::optional<GroundEstimate> found = estimate_ground(images, ground_scene_box());
+  REQUIRE(found.has_value());
   double even = 0.0, odd = 0.0;
   for (std::size_t v = 0; v < images.size(); v += 2) {
-    even += clutter->gain[v];
-    odd += clutter->gain[v + 1] / 1.5;  // the scene's own gains
+    even += found->gain[v];
+    odd += found->gain[v + 1] / 1.5;  // the scene's own gains
   }
   CHECK(even / odd == Approx(1.0).margin(0.1));
 }
 
 TEST_CASE("speckled clutter carves what stands nowhere and leaves what does") {
   TrainingSet set = training_set(speckled_scene(36, 1.0), ground_scene_box(), {.ground_m = 0.0, .above_ground_m = 6.0});
-  REQUIRE(set.clutter.has_value());
-  CHECK(set.clutter->speckled);
+  REQUIRE(set.ground.has_value());
+  CHECK(set.ground->speckled);
   CHECK(set.box_m.max.y == 6.0);
   const CarvedVoxels carved = carve(set, grid_transform(set, 0.5));
   const auto n = std::accumulate(carved.active.begin(), carved.active.end(), std::size_t{0});

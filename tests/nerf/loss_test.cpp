@@ -94,11 +94,11 @@ TEST_CASE("a pixel's loss is e², Huber's beyond δ; its gradient holds the deno
 
 TEST_CASE("which loss it is follows from the images") {
   const TrainingSet dark = small_set(4), ground = speckled_ground();
-  REQUIRE(ground.clutter);
+  REQUIRE(ground.ground);
   TrainerOptions options = default_options(ground, "grid");
   const PixelLoss relative = pixel_loss(ground, options);
   CHECK(relative.relative);
-  CHECK(relative.scale == Approx(options.relative_epsilon * ground.clutter->ground->mean_power()));
+  CHECK(relative.scale == Approx(options.relative_epsilon * ground.ground->plane->mean_power()));
   CHECK(relative.huber_delta == options.huber_delta);
   options.relative_epsilon = 0.0;
   CHECK_FALSE(pixel_loss(ground, options).relative);
@@ -139,7 +139,7 @@ TEST_CASE("pixels whose rays were not rendered count neither in the value nor in
 
 TEST_CASE("the gradient through a response agrees with central differences of the value of whole views") {
   const TrainingSet set = speckled_ground(kGroundResolution);
-  REQUIRE(set.clutter);
+  REQUIRE(set.ground);
   const std::array<RowReference, 3> rows{{{2, 20}, {2, 22}, {7, 11}}};
   const RowBatch batch = batch_of(set, rows);
   // An ε that dwarfs what is rendered holds the denominator: the value then is the function whose gradient is given.

@@ -31,8 +31,8 @@ TrainingSet set_over_ground(int n_views, GridField& field) {
     const Acquisition a = small_acquisition(0.2 * kDegree * v);
     set.images.push_back({"view", a, Image<float>(a.n_azimuth, a.n_range)});
   }
-  set.clutter.emplace();
-  set.clutter->ground = ground;
+  set.ground.emplace();
+  set.ground->plane = ground;
   return set;
 }
 
@@ -47,7 +47,7 @@ TEST_CASE("a field that returns too little says by how much") {
   field.set_source_scale(scale);
   CHECK(returned_share(field, set) == Approx(1.3).epsilon(1e-3));
   CHECK(field.source_scale() == scale);
-  set.clutter.reset();
+  set.ground.reset();
   CHECK(returned_share(field, set) == 1.0);
 }
 

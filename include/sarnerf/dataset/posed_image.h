@@ -59,7 +59,12 @@ bool has_visible_background(std::span<const PosedImage> images);
 std::optional<double> looks_of(std::span<const PosedImage> images);
 
 /// Whether there is speckle to be rid of: a visible background of fewer than 50 looks, a fluctuation of 14 % and more.
+bool is_speckle(std::optional<double> looks);
 bool is_speckled(std::span<const PosedImage> images);
+
+/// Places of incidences (rad), grouped by pitch, smallest first: neighbours in order that differ by 0.25° or less are of one
+/// pitch. Within a pitch they keep their order.
+std::vector<std::vector<std::size_t>> places_by_pitch(std::span<const double> incidence_rad);
 
 }  // namespace sarnerf
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -106,6 +107,9 @@ struct RadarPoint {
 /// only uses differences to the aim point, and for radars far away because the range difference is
 /// formed without subtracting large numbers.
 RadarPoint project(const Acquisition& acquisition, const RadarFrame& frame, const glm::dvec3& world_m);
+
+/// Row and bin of the pixel that holds a point; nothing where the image does not hold it.
+std::optional<glm::ivec2> pixel_of(const Acquisition& acquisition, const RadarPoint& point);
 
 /// Horizontal distance, from the aim point away from the radar (m), of what each bin's centre sees of the level plane
 /// `height_m` above the aim point, [n_range]; NaN in bins that are nearer than the plane. Relative to the aim point the

@@ -19,12 +19,13 @@ struct TrainingSet {
   float peak = 0.0f;               ///< largest pixel that is no outlier: what PSNR refers to
   std::vector<Outlier> outliers;   ///< as they were found; `images` hold their limit
   float bright = 0.0f;             ///< mean of the brightest hundredth of the pixels above 0: scale of the brightness
-  std::optional<Clutter> clutter;  ///< a level ground, where the images show one
+  GroundRule ground_rule;          ///< of the next, and of space over it
+  std::optional<GroundEstimate> ground;  ///< a level ground, where the images show one
   bool background = false;         ///< most pixels return power: zeros tell nothing of space
   bool tails_are_dark = false;     ///< pixels 40 dB below the peak are taken for 0
   /// Of the radar that made the images, where the field is to be the scene without its impulse response.
   std::optional<Resolution> resolution;
-  /// Unless images show a speckled ground: those without the response, as far as each tells by itself; or those without tails.
+  /// Unless images show a speckled ground: deconvolved ones; or those without tails.
   std::vector<PosedImage> cleaned;
 
   /// What the field is learned and carved from: `cleaned` where there are any, else the images.
@@ -49,9 +50,9 @@ struct SceneHeights {
 /// The set of a dataset's images. `scene_box_m` is in world coordinates, as in a manifest; its bottom becomes the ground's
 /// height.
 ///
-/// `resolution`: of the radar that made the images. Unless they show a speckled ground, which sharpening would turn into
-/// spikes, all that is learned, carved and found of a ground comes from the sharpened images. Left out
-/// where images look speckled and are fewer than six, too few to find their ground.
+/// `resolution`: of the radar that made the images. Over a speckled ground it is a part of the model, since deconvolution would
+/// turn speckle into spikes. Else all that is learned, carved and estimated of a ground comes from deconvolved images. It is left
+/// out where images look speckled and are too few to estimate their ground.
 ///
 /// Where images show a level ground, they are divided by their gains. Where they show none and four fifths of their pixels
 /// are 40 dB darker than the brightest one and no resolution is told, those are the tails of an impulse response, and count as
@@ -59,6 +60,6 @@ struct SceneHeights {
 ///
 /// Throws InputError for images without any power or of pixels that are all equal, and UsageError where the ground that is told is not below the box's top.
 TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {},
-                         const std::optional<Resolution>& resolution = {});
+                         const std::optional<Resolution>& resolution = {}, const GroundRule& ground_rule = {});
 
 }  // namespace sarnerf

@@ -8,7 +8,6 @@
 #include <span>
 #include <string>
 
-#include "ground/median_ground.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 
@@ -78,35 +77,13 @@ bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, 
   return seen;
 }
 
-/// Share of the views that show clutter alone where a place, and the ground in its shadow, would be: matter there would
-/// shine in the one pixel and darken the other, but may be as bright as clutter, or its shadow be shone over.
-constexpr double kClutterShows = 0.3;
-
-bool shows_clutter(const Image<std::uint8_t>& like, const Acquisition& a, const RadarPoint& p) {
-  const std::optional<glm::ivec2> at = pixel_of(a, p);
-  return at && like(at->x, at->y) != 0;
-}
-
-/// Whether so few views as not to matter show clutter in spite of a place.
-bool clutter_lets(const TrainingSet& set, std::span<const Witness> views, const glm::dvec3& point_m) {
-  std::size_t n_empty = 0, n_seeing = 0;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    const Acquisition& a = views[v].acquisition;
-    const RadarPoint p = project(a, views[v].frame, point_m);
-    if (std::abs(p.along_track_m) > 0.5 * a.n_azimuth * a.azimuth_spacing_m ||
-        std::abs(p.range_offset_m) > 0.5 * a.n_range * a.range_spacing_m)
-      continue;
-    ++n_seeing;
-    // Where the ray through the place meets the ground.
-    const RadarFrame& frame = views[v].frame;
-    const glm::dvec3 down = std::cos(p.ray_angle_rad) * frame.k + std::sin(p.ray_angle_rad) * frame.v;
-    const glm::dvec3 foot_m = point_m + down * ((set.clutter->ground->height_m - point_m.y) / down.y);
-    const Image<std::uint8_t>& like = set.clutter->like_ground[v];
-    // A shadow beyond the image says nothing, but what neither shines nor is seen to cast one need not be there.
-    const RadarPoint foot = project(a, frame, foot_m);
-    n_empty += shows_clutter(like, a, p) && (!pixel_of(a, foot) || shows_clutter(like, a, foot)) ? 1 : 0;
-  }
-  return 4 * n_seeing >= views.size() && static_cast<double>(n_empty) < kClutterShows * static_cast<double>(n_seeing);
+/// Whether views of a level ground leave open that a point holds matter.
+bool ground_lets(const TrainingSet& set, std::span<const RadarFrame> frames, const glm::dvec3& point_m) {
+  const GroundRule& rule = set.ground_rule;
+  const BareViews views = bare_views(*set.ground, set.images, frames, point_m);
+  const auto n_seeing = static_cast<double>(views.n_seeing);
+  return n_seeing > 0.0 && n_seeing >= rule.least_seeing_part * static_cast<double>(set.images.size()) &&
+         static_cast<double>(views.n_bare) < rule.bare_part * n_seeing;
 }
 
 }  // namespace
@@ -124,12 +101,14 @@ GridTransform grid_transform(const TrainingSet& set, double voxel_size_m) {
 
 CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const Monitor& monitor) {
   const std::vector<Witness> views = witnesses(set);
+  std::vector<RadarFrame> frames;
+  for (const Witness& view : views) frames.push_back(view.frame);
   const double margin_m = transform.voxel_size_m;
   const glm::ivec3 last = glm::ivec3(glm::ceil(transform.index_from_world(set.box_m.max)));
   const glm::ivec3 first = glm::ivec3(glm::floor(transform.index_from_world(set.box_m.min))) - glm::ivec3(0, 1, 0);
   const glm::ivec3 first_brick = brick_of_voxel(first), n = brick_of_voxel(last) - first_brick + 1;
   const auto may_be_active = [&](const glm::dvec3& point_m) {
-    if (set.clutter) return point_m.y > set.clutter->ground->height_m && clutter_lets(set, views, point_m);
+    if (set.ground) return point_m.y > set.ground->plane->height_m && ground_lets(set, frames, point_m);
     return may_hold_matter(views, point_m, margin_m);
   };
   const auto n_bricks = static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);

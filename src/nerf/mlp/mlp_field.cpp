@@ -117,7 +117,7 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
       network.bias(layer).fill_(std::log(std::expm1(options.initial_brightness)));
   }
   MlpField field(std::move(network), meaning, transform, std::move(carved));
-  if (set.clutter) field.ground = set.clutter->ground;
+  if (set.ground) field.ground = set.ground->plane;
   field.resolution = set.resolution;
   return field;
 }

@@ -48,7 +48,7 @@ GridField initial_grid_field(const TrainingSet& set, const GridOptions& options,
       grid_transform(set, options.voxel_size_m * std::exp2(options.n_levels - 1));
   CarvedVoxels carved = carve(set, transform, monitor);
   GridField field(transform, options.harmonics_degree, double{set.bright});
-  if (set.clutter) field.ground = set.clutter->ground;
+  if (set.ground) field.ground = set.ground->plane;
   field.resolution = set.resolution;
   const auto n = std::count(carved.active.begin(), carved.active.end(), std::uint8_t{1});
   auto coefficients = torch::zeros({n, field.channels().n_source()});
@@ -226,8 +226,8 @@ struct Moments {
 }  // namespace
 
 double returned_share(GridField& field, const TrainingSet& set) {
-  if (!set.clutter) return 1.0;
-  const double ground_power = set.clutter->ground->mean_power(), scale = field.source_scale();
+  if (!set.ground) return 1.0;
+  const double ground_power = set.ground->plane->mean_power(), scale = field.source_scale();
   const auto floor = static_cast<float>(kFloor * ground_power);
   double missing = 0.0, returned = 0.0;
   Moments of_targets, of_ground;

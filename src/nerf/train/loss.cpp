@@ -19,14 +19,14 @@ PixelLoss::Term PixelLoss::of(double rendered, double image) const {
 }
 
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options) {
-  if (!set.clutter || !(options.relative_epsilon > 0.0)) return {false, double{set.peak}, 0.0};
-  return {true, options.relative_epsilon * set.clutter->ground->mean_power(), options.huber_delta};
+  if (!set.ground || !(options.relative_epsilon > 0.0)) return {false, double{set.peak}, 0.0};
+  return {true, options.relative_epsilon * set.ground->plane->mean_power(), options.huber_delta};
 }
 
 namespace {
 
 /// Whether the response is a part of the model: where images are not sharpened.
-bool is_through_response(const TrainingSet& set) { return set.resolution && set.clutter && set.cleaned.empty(); }
+bool is_through_response(const TrainingSet& set) { return set.resolution && set.ground && set.cleaned.empty(); }
 
 }  // namespace
 
@@ -53,15 +53,6 @@ float add_pixel(DataLoss& loss, const PixelLoss& pixel, float rendered, float im
   return static_cast<float>(term.gradient);
 }
 
-torch::Tensor image_of_ground(const LevelGround& ground, const Acquisition& a) {
-  Image<float> image(a.n_azimuth, a.n_range);
-  for (int i = 0; i < a.n_azimuth; ++i) {
-    const GroundBins bins = ground_bins(ground, a, i);
-    for (int j = 0; j < a.n_range; ++j) image(i, j) = bins.power[static_cast<std::size_t>(j)];
-  }
-  return tensor_of(image);
-}
-
 }  // namespace
 
 DataTerm::DataTerm(const TrainingSet& set, const PixelLoss& pixel) : pixel_(pixel) {
@@ -73,7 +64,7 @@ DataTerm::DataTerm(const TrainingSet& set, const PixelLoss& pixel) : pixel_(pixe
     const ResponseMatrix& m = *matrices[v];
     View view{m.azimuth.narrow(1, m.border.azimuth, image.power.n_azimuth()),
               m.range.narrow(0, m.border.range, image.power.n_range()), tensor_of(image.power),
-              image_of_ground(*set.clutter->ground, image.acquisition)};
+              tensor_of(ground_image(*set.ground->plane, image.acquisition))};
     view.level = view.rendered.mean().item<float>();
     views_.push_back(std::move(view));
   }

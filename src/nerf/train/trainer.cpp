@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "files/archives.h"
-#include "ground/median_ground.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/nerf/learned_field.h"
@@ -124,7 +123,7 @@ struct Trainer::State {
   DivergenceGuard guard;
   RowQueue queue;
   std::int64_t steps = 0;
-  std::vector<StandingView> standing;  ///< of each view, over a level ground
+  std::vector<LayoverShadowWindow> windows;  ///< of each view, over a level ground
 
   State(TrainingSet images, const TrainerOptions& how, const Monitor& monitor)
       : set(std::move(images)), options(how), learner(make_learner(set, options, monitor)),
@@ -133,11 +132,11 @@ struct Trainer::State {
   /// The queue's rows, or with `resume` only what goes with them, after the field's space has changed.
   void look_at_field(bool resume) {
     if (!resume) queue.keep_rows_that_see(set, learner->field());
-    standing.clear();
-    if (!set.clutter) return;
-    const double height_m = set.clutter->ground->height_m;
+    windows.clear();
+    if (!set.ground) return;
+    const double height_m = set.ground->plane->height_m;
     const Box box_m = learner->field().occupied_box_m();
-    for (const PosedImage& image : set.images) standing.push_back(standing_view(image.acquisition, box_m, height_m));
+    for (const PosedImage& image : set.images) windows.push_back(layover_shadow_window(image.acquisition, box_m, height_m));
   }
 
   /// Of the largest learning rates, in a training that goes on at the pace so far.
@@ -163,7 +162,7 @@ struct Trainer::State {
     return s;
   }
 
-  /// The next rows of the queue, as far as they show what stands on the ground.
+  /// The next rows of the queue, as far as objects on the ground can change them.
   RowBatch next_batch() {
     RowBatch batch;
     for (int n = 0; n < options.rows_per_step && !queue.empty(); ++n) {
@@ -171,15 +170,15 @@ struct Trainer::State {
       const PosedImage& image = set.appearances()[draw.row.view];
       const auto i = static_cast<int>(draw.row.row);
       RowRequest request{image.acquisition, i, draw.along_track_jitter, draw.fan_jitter};
-      StandingView part{request.least_angle_rad, request.most_angle_rad, 0, image.power.n_range()};
-      if (set.clutter) part = standing[draw.row.view];
-      request.least_angle_rad = part.least_angle_rad;
-      request.most_angle_rad = part.most_angle_rad;
+      LayoverShadowWindow window{request.least_angle_rad, request.most_angle_rad, 0, image.power.n_range()};
+      if (set.ground) window = windows[draw.row.view];
+      request.least_angle_rad = window.least_angle_rad;
+      request.most_angle_rad = window.most_angle_rad;
       batch.rows.push_back(draw.row);
       batch.requests.push_back(request);
       const auto pixels = image.power.row(i);
       batch.image.insert(batch.image.end(), pixels.begin(), pixels.end());
-      for (int j = 0; j < image.power.n_range(); ++j) batch.counts.push_back(j >= part.first_bin && j < part.end_bin);
+      for (int j = 0; j < image.power.n_range(); ++j) batch.counts.push_back(j >= window.first_bin && j < window.end_bin);
     }
     return batch;
   }

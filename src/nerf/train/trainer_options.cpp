@@ -120,7 +120,7 @@ constexpr double kThroughResponse = 0.4;
 /// brightness in coarse steps, which strong priors level. Measured on a truck and an L-shaped building of one and
 /// four looks, and on measured chips, which glint (docs/training.md).
 void learn_over_ground(TrainerOptions& options, const TrainingSet& set) {
-  const double looks = looks_of(set.images).value_or(1.0);
+  const double looks = set.ground->looks.value_or(1.0);
   options.relative_epsilon = std::min(kMostEpsilon, kEpsilonPerLook * looks);
   options.huber_delta = 3.0;
   options.ray_spacing = 1.0;
@@ -155,8 +155,8 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.grid.initial_depth = 0.2;
     options.final_distortion = 0.05;
   }
-  if (set.clutter) learn_over_ground(options, set);
-  if (set.background && !set.clutter) {
+  if (set.ground) learn_over_ground(options, set);
+  if (set.background && !set.ground) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
     options.grid.initial_depth = 0.01;
     options.grid.n_levels = 3;
@@ -177,7 +177,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   return options;
 }
 
-std::int64_t default_steps(const TrainingSet& set) { return set.clutter ? 600 : 1000; }
+std::int64_t default_steps(const TrainingSet& set) { return set.ground ? 600 : 1000; }
 
 std::string options_json(const TrainerOptions& options) {
   Json json = Json::object();
@@ -255,9 +255,9 @@ Parts parts_of(const TrainingSet& set) {
   learned = set;
   learned.images.clear();
   learned.cleaned.clear();
-  if (learned.clutter) {
-    learned.clutter->gain.clear();
-    learned.clutter->like_ground.clear();
+  if (learned.ground) {
+    learned.ground->gain.clear();
+    learned.ground->mask.clear();
   }
   for (std::size_t n = 0; n < order.size(); ++n) {
     const std::size_t v = order[n];
@@ -267,9 +267,9 @@ Parts parts_of(const TrainingSet& set) {
     }
     learned.images.push_back(set.images[v]);
     if (!set.cleaned.empty()) learned.cleaned.push_back(set.cleaned[v]);
-    if (!set.clutter) continue;
-    learned.clutter->gain.push_back(set.clutter->gain[v]);
-    learned.clutter->like_ground.push_back(set.clutter->like_ground[v]);
+    if (!set.ground) continue;
+    learned.ground->gain.push_back(set.ground->gain[v]);
+    learned.ground->mask.push_back(set.ground->mask[v]);
   }
   return parts;
 }
@@ -281,8 +281,8 @@ double deviance(double seen, double predicted) {
 
 double loss_of(const LearnedField& field, const Parts& parts, const TrainerOptions& options) {
   const TrainingSet& set = parts.learned;
-  const bool speckled = set.clutter && set.clutter->speckled && options.relative_epsilon > 0.0;
-  const double floor = speckled ? options.relative_epsilon * set.clutter->ground->mean_power() : 0.0;
+  const bool speckled = set.ground && set.ground->speckled && options.relative_epsilon > 0.0;
+  const double floor = speckled ? options.relative_epsilon * set.ground->plane->mean_power() : 0.0;
   double total = 0.0;
   std::size_t n = 0;
   for (const PosedImage& image : parts.held_out) {

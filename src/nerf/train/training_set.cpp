@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 
-#include "ground/median_ground.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/posed_image.h"
@@ -43,9 +42,6 @@ double level_width_m(const std::vector<PosedImage>& images) {
 /// Of the peak: what images with an impulse response show where nothing is, its tails, which reach everywhere.
 constexpr float kTail = 1e-4f;
 
-/// Views that tell whether there is a ground under speckle. Fewer may show one, and it must not be sharpened.
-constexpr std::size_t kTellGround = 6;
-
 /// Whether four fifths of the pixels are tails. Sidelobes without a weighting window cross far more of an image than that
 /// leaves: what is carved then is too little to begin with opaque matter in the rest, measured to fail.
 bool is_mostly_tails(const std::vector<PosedImage>& images, float peak) {
@@ -81,20 +77,20 @@ void divide(std::vector<PosedImage>& images, const std::vector<double>& gains) {
     for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / gains[v]);
 }
 
-/// Makes a height the bottom of the box.
-void put_ground(std::optional<double> height_m, Box& box_m) {
-  if (!height_m) return;
-  if (!(*height_m < box_m.max.y)) {
+/// What the images show of the ground: its height is `height_m` (relative to the aim point), or estimated.
+std::optional<GroundEstimate> ground_of(const std::vector<PosedImage>& images, const Box& box_m, std::optional<double> height_m,
+                                        const GroundRule& rule) {
+  if (height_m && !(*height_m < box_m.max.y)) {
     throw UsageError(format("the ground lies %.3g m above the aim point, and the scene's box ends at %.3g m: nothing can stand "
                             "on it; give a lower height", *height_m, box_m.max.y));
   }
-  box_m.min.y = *height_m;
+  return estimate_ground(images, box_m, height_m, rule);
 }
 
 }  // namespace
 
 TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights,
-                         const std::optional<Resolution>& resolution) {
+                         const std::optional<Resolution>& resolution, const GroundRule& ground_rule) {
   if (images.empty()) throw InputError("there is no image to learn from");
   TrainingSet set;
   const glm::dvec3 aim_m = images.front().acquisition.aim_m;
@@ -110,20 +106,26 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   if (are_uniform(images))
     throw InputError(format("all pixels of the images to learn from are equal (a power of %.4g): there is nothing to learn; do they "
                             "show the scene?", double{set.peak}));
-  put_ground(heights.ground_m ? std::optional(*heights.ground_m - aim_m.y) : ground_height_m(images, set.box_m), set.box_m);
+  const std::optional<double> height_m = heights.ground_m ? std::optional(*heights.ground_m - aim_m.y) : std::nullopt;
   const bool speckled = is_speckled(images);
-  if (speckled) set.clutter = find_clutter(images, set.box_m);
-  if (!speckled || set.clutter || images.size() >= kTellGround) set.resolution = resolution;
-  if (set.resolution && !set.clutter) set.cleaned = sharpened(images, *resolution);
+  set.ground_rule = ground_rule;
   set.images = std::move(images);
+  const auto find_ground = [&] { set.ground = ground_of(set.appearances(), set.box_m, height_m, ground_rule); };
+  if (speckled) find_ground();
+  // Few speckled views may show a ground that cannot be estimated, and must not be deconvolved.
+  if (!speckled || set.ground || set.images.size() >= ground_rule.least_views) set.resolution = resolution;
+  if (set.resolution && !set.ground) set.cleaned = sharpened(set.images, *resolution);
+  if (!set.ground && !(speckled && set.cleaned.empty())) find_ground();
   set.bright = mean_of_brightest(set.appearances());
-  if (!set.clutter) set.clutter = find_clutter(set.appearances(), set.box_m);
-  if (set.clutter) {
-    if (set.clutter->speckled || heights.above_ground_m)
-      set.box_m.max.y =
-          std::min(set.box_m.max.y, set.box_m.min.y + heights.above_ground_m.value_or(0.25 * level_width_m(set.images)));
-    divide(set.images, set.clutter->gain);
-    divide(set.cleaned, set.clutter->gain);
+  if (set.ground) set.box_m.min.y = set.ground->plane->height_m;
+  else if (height_m) set.box_m.min.y = *height_m;
+  if (set.ground) {
+    if (set.ground->speckled || heights.above_ground_m) {
+      const double above_m = heights.above_ground_m.value_or(ground_rule.object_height_part * level_width_m(set.images));
+      set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + above_m);
+    }
+    divide(set.images, set.ground->gain);
+    divide(set.cleaned, set.ground->gain);
   } else if (!set.resolution && has_background(set.images) && is_mostly_tails(set.images, set.peak)) {
     set.cleaned = without_tails(set.images, set.peak);
     set.tails_are_dark = true;

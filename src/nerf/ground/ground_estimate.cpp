@@ -1,0 +1,439 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "sarnerf/core/image_analysis.h"
+#include "sarnerf/core/numbers.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/units.h"
+#include "sarnerf/nerf/ground.h"
+
+namespace sarnerf {
+
+namespace {
+
+using Views = std::span<const PosedImage>;
+using Mask = Image<std::uint8_t>;
+
+std::vector<RadarFrame> frames_of(Views images) {
+  std::vector<RadarFrame> frames;
+  for (const PosedImage& image : images) frames.push_back(radar_frame(image.acquisition));
+  return frames;
+}
+
+void for_each_view(Views images, const std::function<void(std::size_t)>& visit) {
+  parallel_for(images.size(), 1, [&](std::size_t v, std::size_t, int) { visit(v); });
+}
+
+/// Means of the blocks that an image is cut into.
+std::vector<double> block_means(const Image<float>& power, int side) {
+  std::vector<double> means;
+  for (int i = 0; i + side <= power.n_azimuth(); i += side)
+    for (int j = 0; j + side <= power.n_range(); j += side) {
+      double sum = 0.0;
+      for (int n = 0; n < side * side; ++n) sum += double{power(i + n / side, j + n % side)};
+      means.push_back(sum / (side * side));
+    }
+  return means;
+}
+
+/// 1 where the neighbourhood is as bright as the ground is expected to be.
+Mask ground_mask(const Image<float>& power, const Image<float>& expected, const GroundRule& rule) {
+  Image<float> ratio(power.n_azimuth(), power.n_range());
+  for (std::size_t n = 0; n < ratio.pixels().size(); ++n) {
+    const float e = expected.pixels()[n];
+    ratio.pixels()[n] = e > 0.0f ? power.pixels()[n] / e : 0.0f;
+  }
+  const Image<float> around = gaussian_blur(ratio, rule.mask_sigma_pixels);
+  Mask mask(ratio.n_azimuth(), ratio.n_range());
+  for (std::size_t n = 0; n < mask.pixels().size(); ++n) {
+    const double a = double{around.pixels()[n]};
+    mask.pixels()[n] = a * rule.mask_factor > 1.0 && a < rule.mask_factor ? 1 : 0;
+  }
+  return mask;
+}
+
+/// Sums of the pixels that a mask holds.
+double masked_sum(const Image<float>& image, const Mask& mask) {
+  double sum = 0.0;
+  for (std::size_t n = 0; n < mask.pixels().size(); ++n)
+    if (mask.pixels()[n] != 0) sum += double{image.pixels()[n]};
+  return sum;
+}
+
+double masked_pixels(const Mask& mask) {
+  double n = 0.0;
+  for (const std::uint8_t m : mask.pixels()) n += m;
+  return n;
+}
+
+}  // namespace
+
+double GroundEstimate::part_of_pixels() const {
+  double n_ground = 0.0, n = 0.0;
+  for (const Mask& m : mask) {
+    n_ground += masked_pixels(m);
+    n += static_cast<double>(m.pixels().size());
+  }
+  return n > 0.0 ? n_ground / n : 0.0;
+}
+
+// Height.
+
+namespace {
+
+/// A view's masked pixels: their relative deviation from their mean, blurred, and where there is any.
+struct Deviation {
+  Image<float> value;
+  Image<float> counts;  ///< 1 or 0
+};
+
+Deviation deviation_of(const Image<float>& power, const Mask& mask, const GroundRule& rule) {
+  Deviation d{Image<float>(power.n_azimuth(), power.n_range()), Image<float>(power.n_azimuth(), power.n_range())};
+  const double sum = masked_sum(power, mask);
+  if (!(sum > 0.0)) return d;
+  const auto mean = static_cast<float>(sum / masked_pixels(mask));
+  for (std::size_t n = 0; n < mask.pixels().size(); ++n) {
+    if (mask.pixels()[n] == 0) continue;
+    d.counts.pixels()[n] = 1.0f;
+    d.value.pixels()[n] = power.pixels()[n] / mean - 1.0f;
+  }
+  d.value = gaussian_blur(d.value, rule.height_sigma_pixels);
+  const Image<float> part = gaussian_blur(d.counts, rule.height_sigma_pixels);
+  for (std::size_t n = 0; n < mask.pixels().size(); ++n) {
+    const bool counts = mask.pixels()[n] != 0 && part.pixels()[n] > 0.5f;
+    d.counts.pixels()[n] = counts ? 1.0f : 0.0f;
+    d.value.pixels()[n] *= counts ? 1.0f / part.pixels()[n] : 0.0f;
+  }
+  return d;
+}
+
+/// The plane in square cells of two pixels, or as wide that no more than 96 lie along the box: a limit of cost.
+struct Cells {
+  double size_m, first_x_m, first_z_m;
+  int n_x, n_z;
+};
+
+Cells cells_of(const Box& box_m, double pixel_m) {
+  constexpr int kMostCells = 96;
+  const glm::dvec3 size = box_m.size();
+  const double cell_m = std::max(2.0 * pixel_m, std::max(size.x, size.z) / kMostCells);
+  return {cell_m, box_m.min.x, box_m.min.z, static_cast<int>(size.x / cell_m) + 1, static_cast<int>(size.z / cell_m) + 1};
+}
+
+/// V, and the mean square of single deviations, over cells that more than half of the views show as ground.
+struct Agreement {
+  double covariance = 0.0, variance = 0.0, n_cells = 0.0;
+};
+
+Agreement agreement_at(double height_m, Views images, std::span<const RadarFrame> frames,
+                       std::span<const Deviation> deviations, const Cells& cells) {
+  std::vector<Agreement> of_row(static_cast<std::size_t>(cells.n_x));
+  parallel_for(of_row.size(), 4, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t x = begin; x < end; ++x)
+      for (int z = 0; z < cells.n_z; ++z) {
+        const glm::dvec3 point_m(cells.first_x_m + static_cast<double>(x) * cells.size_m, height_m,
+                                 cells.first_z_m + z * cells.size_m);
+        double sum = 0.0, squares = 0.0, n = 0.0;
+        for (std::size_t v = 0; v < images.size(); ++v) {
+          const Acquisition& a = images[v].acquisition;
+          const std::optional<glm::ivec2> at = pixel_of(a, project(a, frames[v], point_m));
+          if (!at || deviations[v].counts(at->x, at->y) == 0.0f) continue;
+          const double r = double{deviations[v].value(at->x, at->y)};
+          sum += r;
+          squares += r * r;
+          n += 1.0;
+        }
+        if (!(n > 1.0 && 2.0 * n > static_cast<double>(images.size()))) continue;
+        of_row[x].covariance += (sum * sum - squares) / (n * (n - 1.0));
+        of_row[x].variance += squares / n;
+        of_row[x].n_cells += 1.0;
+      }
+  });
+  Agreement all;
+  for (const Agreement& row : of_row) {
+    all.covariance += row.covariance;
+    all.variance += row.variance;
+    all.n_cells += row.n_cells;
+  }
+  if (all.n_cells > 0.0) {
+    all.covariance /= all.n_cells;
+    all.variance /= all.n_cells;
+  }
+  return all;
+}
+
+/// Standard deviation of V where the views' deviations are independent; speckle itself is a pixel wide.
+double noise_of(const Agreement& agreement, std::size_t n_views, double cell_m, double pixel_m, double sigma_pixels) {
+  const double spread_m2 = 4.0 * kPi * (sigma_pixels * sigma_pixels + 1.0) * pixel_m * pixel_m;
+  const double n_independent = std::max(1.0, agreement.n_cells * std::min(1.0, cell_m * cell_m / spread_m2));
+  const double pairs = 0.5 * static_cast<double>(n_views) * static_cast<double>(n_views - 1);
+  return agreement.variance / std::sqrt(pairs * n_independent);
+}
+
+/// Where the parabola through three values, the middle one the largest, has its top, in steps from the middle.
+double top_of_parabola(double before, double middle, double after) {
+  const double bend = before - 2.0 * middle + after;
+  return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
+}
+
+/// The height at which masked views agree best, if they do so significantly, and below the box's top.
+std::optional<double> agreed_height_m(Views images, std::span<const Mask> masks, const Box& box_m, const GroundRule& rule) {
+  const Acquisition& first = images.front().acquisition;
+  const double pixel_m = std::max(first.azimuth_spacing_m, first.range_spacing_m);
+  const std::vector<RadarFrame> frames = frames_of(images);
+  double step_m = 0.0;  // of the views that heights change the least
+  for (const PosedImage& image : images)
+    step_m = std::max(step_m, rule.height_step_pixels * image.acquisition.range_spacing_m /
+                                  std::cos(image.acquisition.incidence_rad));
+  std::vector<Deviation> deviations(images.size());
+  for_each_view(images, [&](std::size_t v) { deviations[v] = deviation_of(images[v].power, masks[v], rule); });
+
+  const Cells cells = cells_of(box_m, pixel_m);
+  const int n_steps = static_cast<int>(std::lround(rule.height_reach_pixels / rule.height_step_pixels));
+  std::vector<Agreement> agreement;
+  for (int n = -n_steps; n <= n_steps; ++n)
+    agreement.push_back(agreement_at(box_m.min.y + n * step_m, images, frames, deviations, cells));
+  const auto at = [&](int n) -> const Agreement& { return agreement[static_cast<std::size_t>(n + n_steps)]; };
+  int best = 0;
+  for (int n = -n_steps; n <= n_steps; ++n)
+    if (at(n).covariance > at(best).covariance) best = n;
+  const double noise = noise_of(at(0), images.size(), cells.size_m, pixel_m, rule.height_sigma_pixels);
+  // At the end of the row the true height lies beyond, or there is none.
+  if (std::abs(best) == n_steps || !(at(best).covariance - at(0).covariance > rule.height_significance * noise)) return {};
+  const double top = top_of_parabola(at(best - 1).covariance, at(best).covariance, at(best + 1).covariance);
+  const double height_m = box_m.min.y + (best + top) * step_m;
+  return height_m < box_m.max.y ? std::optional(height_m) : std::nullopt;
+}
+
+}  // namespace
+
+// Texture.
+
+namespace {
+
+/// The plane under the box, of uniform texture.
+LevelGround uniform_ground(Views images, const Box& box_m, double height_m) {
+  // Cells beyond the box: pixels at its border are looked up between cells.
+  constexpr int kBorder = 4;
+  LevelGround ground;
+  ground.height_m = height_m;
+  ground.cell_m = images.front().acquisition.range_spacing_m;
+  for (const PosedImage& image : images)
+    ground.cell_m = std::min({ground.cell_m, image.acquisition.range_spacing_m, image.acquisition.azimuth_spacing_m});
+  const glm::dvec3 size = box_m.size();
+  const auto n_cells = [&](double side_m) { return static_cast<int>(std::ceil(side_m / ground.cell_m)) + 1 + 2 * kBorder; };
+  ground.texture = Image<float>(n_cells(size.x), n_cells(size.z), 1.0f);
+  ground.first_x_m = box_m.min.x - kBorder * ground.cell_m;
+  ground.first_z_m = box_m.min.z - kBorder * ground.cell_m;
+  return ground;
+}
+
+/// Mean over views of the masked pixels that see each cell, over the view's gain, and how many those are.
+struct Texture {
+  Image<float> mean, n_views;
+};
+
+Texture texture_of(Views images, const LevelGround& ground, std::span<const double> gain, std::span<const Mask> masks,
+                   std::size_t first, std::size_t step) {
+  const std::vector<RadarFrame> frames = frames_of(images);
+  const int n_x = ground.texture.n_azimuth(), n_z = ground.texture.n_range();
+  Texture texture{Image<float>(n_x, n_z), Image<float>(n_x, n_z)};
+  parallel_for(static_cast<std::size_t>(n_x), 4, [&](std::size_t begin, std::size_t end, int) {
+    for (auto x = static_cast<int>(begin); x < static_cast<int>(end); ++x)
+      for (int z = 0; z < n_z; ++z) {
+        const glm::dvec3 point_m(ground.first_x_m + x * ground.cell_m, ground.height_m,
+                                 ground.first_z_m + z * ground.cell_m);
+        double sum = 0.0;
+        int n = 0;
+        for (std::size_t v = first; v < images.size(); v += step) {
+          const Acquisition& a = images[v].acquisition;
+          const std::optional<glm::ivec2> at = pixel_of(a, project(a, frames[v], point_m));
+          if (!at || masks[v](at->x, at->y) == 0 || !(gain[v] > 0.0)) continue;
+          sum += double{images[v].power(at->x, at->y)} / gain[v];
+          ++n;
+        }
+        texture.mean(x, z) = n > 0 ? static_cast<float>(sum / n) : 0.0f;
+        texture.n_views(x, z) = static_cast<float>(n);
+      }
+  });
+  return texture;
+}
+
+double weighted_mean(const Texture& texture) {
+  double sum = 0.0, weight = 0.0;
+  for (std::size_t n = 0; n < texture.mean.pixels().size(); ++n) {
+    sum += double{texture.mean.pixels()[n]} * double{texture.n_views.pixels()[n]};
+    weight += double{texture.n_views.pixels()[n]};
+  }
+  return weight > 0.0 ? sum / weight : 0.0;
+}
+
+double square_of_difference(const Image<float>& a, const Image<float>& b, const Image<float>& weight) {
+  double sum = 0.0;
+  for (std::size_t n = 0; n < weight.pixels().size(); ++n) {
+    const double d = double{a.pixels()[n]} - double{b.pixels()[n]};
+    sum += double{weight.pixels()[n]} * d * d;
+  }
+  return sum;
+}
+
+/// Blurred, cells counting as often as they were seen; their mean where none was for three standard deviations.
+Image<float> smoothed(const Texture& texture, double sigma) {
+  const auto otherwise = static_cast<float>(weighted_mean(texture));
+  Image<float> seen = texture.mean;
+  for (std::size_t n = 0; n < seen.pixels().size(); ++n) seen.pixels()[n] *= texture.n_views.pixels()[n];
+  seen = gaussian_blur(seen, sigma);
+  const Image<float> weight = gaussian_blur(texture.n_views, sigma);
+  for (std::size_t n = 0; n < seen.pixels().size(); ++n) {
+    const float w = weight.pixels()[n];
+    seen.pixels()[n] = w > 0.0f ? seen.pixels()[n] / w : otherwise;
+  }
+  return seen;
+}
+
+/// The texture, smoothed as half of the views predict the other half best: not at all, or uniform, among the choices.
+///
+/// Its mean is made the median of the block means: a mask is a choice, and leaves out pixels that happen to be bright.
+Image<float> smoothed_texture(Views images, const LevelGround& ground, std::span<const double> gain,
+                              std::span<const Mask> masks, const GroundRule& rule) {
+  const Texture all = texture_of(images, ground, gain, masks, 0, 1), even = texture_of(images, ground, gain, masks, 0, 2),
+                odd = texture_of(images, ground, gain, masks, 1, 2);
+  const auto error = [&](auto&& smooth) {
+    return square_of_difference(smooth(even), odd.mean, odd.n_views) +
+           square_of_difference(smooth(odd), even.mean, even.n_views);
+  };
+  const auto uniform = [](const Texture& t) {
+    return Image<float>(t.mean.n_azimuth(), t.mean.n_range(), static_cast<float>(weighted_mean(t)));
+  };
+  double least = error(uniform);
+  Image<float> best = uniform(all);
+  for (const double sigma : rule.texture_sigmas_cells) {
+    const auto smooth = [&](const Texture& t) { return smoothed(t, sigma); };
+    const double e = error(smooth);
+    if (e >= least) continue;
+    least = e;
+    best = smooth(all);
+  }
+  std::vector<double> blocks;
+  for (std::size_t v = 0; v < images.size(); ++v) {
+    if (!(gain[v] > 0.0)) continue;
+    for (const double mean : block_means(images[v].power, rule.block_pixels)) blocks.push_back(mean / gain[v]);
+  }
+  const double usual = median(blocks), mean = weighted_mean(all);
+  if (mean > 0.0)
+    for (float& t : best.pixels()) t = static_cast<float>(double{t} * usual / mean);
+  return best;
+}
+
+}  // namespace
+
+// All together.
+
+namespace {
+
+/// Splits each view's gain: the mean of its pitch goes to the plane, and the rest stays with the view.
+void split_gains(Views images, std::span<const double> gain, LevelGround& plane, std::vector<double>& of_view) {
+  std::vector<double> incidence_rad;
+  for (const PosedImage& image : images) incidence_rad.push_back(image.acquisition.incidence_rad);
+  plane.incidence_rad.clear();
+  plane.gain.clear();
+  of_view.assign(images.size(), 1.0);
+  for (const std::vector<std::size_t>& pitch : places_by_pitch(incidence_rad)) {
+    double sum = 0.0, angle = 0.0;
+    for (const std::size_t v : pitch) {
+      sum += gain[v];
+      angle += incidence_rad[v];
+    }
+    const double n = static_cast<double>(pitch.size()), mean = sum / n;
+    plane.incidence_rad.push_back(angle / n);
+    plane.gain.push_back(mean);
+    for (const std::size_t v : pitch) of_view[v] = mean > 0.0 ? gain[v] / mean : 1.0;
+  }
+}
+
+/// Robust relative deviation of pixels from the plane's image.
+double relative_deviation(Views images, const LevelGround& plane, std::span<const double> gain) {
+  std::vector<std::vector<float>> of_view(images.size());
+  for_each_view(images, [&](std::size_t v) {
+    const Image<float> expected = ground_image(plane, images[v].acquisition);
+    for (std::size_t n = 0; n < expected.pixels().size(); ++n) {
+      const double e = gain[v] * double{expected.pixels()[n]};
+      if (e > 0.0) of_view[v].push_back(static_cast<float>(std::abs(double{images[v].power.pixels()[n]} / e - 1.0)));
+    }
+  });
+  std::vector<float> all;
+  for (const std::vector<float>& deviations : of_view) all.insert(all.end(), deviations.begin(), deviations.end());
+  return 1.48 * double{median(all)};
+}
+
+}  // namespace
+
+std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, std::optional<double> height_m,
+                                              const GroundRule& rule) {
+  if (images.size() < rule.least_views || !has_background(images)) return {};
+  for (const PosedImage& image : images)
+    if (block_means(image.power, rule.block_pixels).size() < rule.least_blocks) return {};
+  GroundEstimate estimate;
+  estimate.looks = looks_of(images);
+  estimate.speckled = is_speckle(estimate.looks);
+  estimate.mask.resize(images.size());
+  std::vector<double> gain(images.size());
+  for_each_view(images, [&](std::size_t v) {
+    const Image<float>& power = images[v].power;
+    gain[v] = median(block_means(power, rule.block_pixels));
+    const Image<float> expected(power.n_azimuth(), power.n_range(), static_cast<float>(gain[v]));
+    estimate.mask[v] = ground_mask(power, expected, rule);
+  });
+  if (!height_m && estimate.speckled) height_m = agreed_height_m(images, estimate.mask, box_m, rule);
+  LevelGround plane = uniform_ground(images, box_m, height_m.value_or(box_m.min.y));
+  split_gains(images, gain, plane, estimate.gain);
+  for (int round = 0;; ++round) {
+    for_each_view(images, [&](std::size_t v) {
+      const Acquisition& a = images[v].acquisition;
+      Image<float> expected = ground_image(plane, a);
+      for (float& e : expected.pixels()) e = static_cast<float>(double{e} * estimate.gain[v]);
+      estimate.mask[v] = ground_mask(images[v].power, expected, rule);
+      // Other pixels than the ground's are other parts of each view: they must not count as its gain.
+      const double seen = masked_sum(images[v].power, estimate.mask[v]), without = masked_sum(expected, estimate.mask[v]);
+      gain[v] = plane.gain_at(a.incidence_rad) * estimate.gain[v] * (seen > 0.0 && without > 0.0 ? seen / without : 1.0);
+    });
+    if (round == rule.n_rounds) break;
+    split_gains(images, gain, plane, estimate.gain);
+    plane.texture = smoothed_texture(images, plane, gain, estimate.mask, rule);
+  }
+  estimate.deviation = relative_deviation(images, plane, estimate.gain);
+  if (estimate.part_of_pixels() < rule.least_part) return {};
+  if (!estimate.speckled && !(estimate.deviation < rule.most_deviation)) return {};
+  estimate.plane = std::make_shared<const LevelGround>(std::move(plane));
+  return estimate;
+}
+
+namespace {
+
+bool shows_ground(const Mask& mask, const Acquisition& a, const RadarPoint& p) {
+  const std::optional<glm::ivec2> at = pixel_of(a, p);
+  return at && mask(at->x, at->y) != 0;
+}
+
+}  // namespace
+
+BareViews bare_views(const GroundEstimate& ground, Views images, std::span<const RadarFrame> frames,
+                     const glm::dvec3& point_m) {
+  BareViews views;
+  for (std::size_t v = 0; v < images.size(); ++v) {
+    const Acquisition& a = images[v].acquisition;
+    const RadarPoint p = project(a, frames[v], point_m);
+    if (!pixel_of(a, p)) continue;
+    ++views.n_seeing;
+    const RadarFrame& frame = frames[v];
+    const glm::dvec3 down = std::cos(p.ray_angle_rad) * frame.k + std::sin(p.ray_angle_rad) * frame.v;
+    const RadarPoint foot = project(a, frame, point_m + down * ((ground.plane->height_m - point_m.y) / down.y));
+    const Mask& mask = ground.mask[v];
+    views.n_bare += shows_ground(mask, a, p) && (!pixel_of(a, foot) || shows_ground(mask, a, foot)) ? 1 : 0;
+  }
+  return views;
+}
+
+}  // namespace sarnerf
