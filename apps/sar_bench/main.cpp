@@ -236,7 +236,9 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
   app.add_subcommand("learning", "Held-out PSNR against seconds, each field and plain LibTorch (sar_nerf_bench)");
   sarnerf::bench::ScenesOptions scenes_options;
   const CLI::App& scenes = add_scenes_command(app, scenes_options);
-  if (argc > 1 && std::string(argv[1]) == "learning") sarnerf::bench::become_learning_bench(argc, argv);
+  app.add_subcommand("ablation", "What each rule and prior of learning adds, on scenes that it was not made on (sar_nerf_bench)");
+  if (argc > 1 && std::string(argv[1]) == "learning") sarnerf::bench::become_nerf_bench(argc, argv, argv + 2);
+  if (argc > 1 && std::string(argv[1]) == "ablation") sarnerf::bench::become_nerf_bench(argc, argv, argv + 1);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {

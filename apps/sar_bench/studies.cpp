@@ -162,10 +162,10 @@ nlohmann::json study_threads(const StudyOptions& options, int n_threads) {
   return results;
 }
 
-void become_learning_bench(int argc, char** argv) {
+void become_nerf_bench(int argc, char** argv, char** first) {
   std::string program = program_beside("sar_nerf_bench").string();
   std::vector<char*> arguments{program.data()};
-  arguments.insert(arguments.end(), argv + 2, argv + argc);
+  arguments.insert(arguments.end(), first, argv + argc);
   arguments.push_back(nullptr);
   ::execv(program.c_str(), arguments.data());
   throw Error(program + " could not be started");

@@ -138,10 +138,10 @@ std::vector<SceneAccuracy> study_accuracy(const StudyOptions& options);
 
 nlohmann::json accuracy_json(const std::vector<SceneAccuracy>& results);
 
-/// `sar_bench learning …`: becomes the sar_nerf_bench of the same build or installation, with the
-/// arguments behind the study's name. A program of its own because this one loads no LibTorch. Returns
+/// `sar_bench learning …` and `ablation …`: becomes the sar_nerf_bench of the same build or installation, with the
+/// arguments from `first` on. A program of its own because this one loads no LibTorch. Returns
 /// only by throwing Error, where that program is missing.
-[[noreturn]] void become_learning_bench(int argc, char** argv);
+[[noreturn]] void become_nerf_bench(int argc, char** argv, char** first);
 
 /// The work–precision diagram of one scene: error over time of every setting, both logarithmic, with the
 /// settings that nothing beats joined by a line.

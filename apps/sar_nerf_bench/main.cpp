@@ -116,6 +116,11 @@ int main(int argc, char** argv) {
   const bench::Loading loading{app::seconds_since_start(), bench::WorkClock::now_cpu_s()};
   app::Console console("sar_nerf_bench");
   return app::run_program(console, [&] {
+    if (argc > 1 && std::string(argv[1]) == "ablation") {
+      app::catch_signals();
+      bench::run_ablation(argc - 1, argv + 1, console);
+      return;
+    }
     const auto options = bench::parse_options(argc, argv);
     if (!options) return;
     console.set_verbosity(options->shared.verbosity);

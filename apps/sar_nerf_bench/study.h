@@ -99,4 +99,7 @@ void study_learning(const Options& options, const Loading& loading, app::Console
                     const Monitor& monitor,
                     const std::function<void(const LearningStudy&)>& finished);
 
+/// `sar_bench ablation`: see its --help. Prints the table.
+void run_ablation(int argc, char** argv, app::Console& console);
+
 }  // namespace sarnerf::bench

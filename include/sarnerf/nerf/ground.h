@@ -80,6 +80,8 @@ struct GroundRule {
   double least_part = 0.5;
   /// Largest robust deviation of unspeckled pixels from the plane's image: relief and hedges deviate more. Chosen.
   double most_deviation = 0.2;
+  /// Whether each view has a gain of its own, besides that of its pitch.
+  bool view_gains = true;
   /// Heights are tried so many pixels of slant range apart, and as far to either side. Limit.
   double height_step_pixels = 0.5, height_reach_pixels = 6.0;
   /// Images are blurred by this before heights are compared: half the width of speckle's own correlation. Chosen.

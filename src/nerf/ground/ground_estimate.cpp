@@ -334,7 +334,7 @@ Image<float> smoothed_texture(Views images, const LevelGround& ground, std::span
 namespace {
 
 /// Splits each view's gain: the mean of its pitch goes to the plane, and the rest stays with the view.
-void split_gains(Views images, std::span<const double> gain, LevelGround& plane, std::vector<double>& of_view) {
+void split_gains(Views images, std::span<double> gain, bool view_gains, LevelGround& plane, std::vector<double>& of_view) {
   std::vector<double> incidence_rad;
   for (const PosedImage& image : images) incidence_rad.push_back(image.acquisition.incidence_rad);
   plane.incidence_rad.clear();
@@ -349,7 +349,10 @@ void split_gains(Views images, std::span<const double> gain, LevelGround& plane,
     const double n = static_cast<double>(pitch.size()), mean = sum / n;
     plane.incidence_rad.push_back(angle / n);
     plane.gain.push_back(mean);
-    for (const std::size_t v : pitch) of_view[v] = mean > 0.0 ? gain[v] / mean : 1.0;
+    for (const std::size_t v : pitch) {
+      if (!view_gains) gain[v] = mean;
+      of_view[v] = mean > 0.0 ? gain[v] / mean : 1.0;
+    }
   }
 }
 
@@ -388,7 +391,7 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
   });
   if (!height_m && estimate.speckled) height_m = agreed_height_m(images, estimate.mask, box_m, rule);
   LevelGround plane = uniform_ground(images, box_m, height_m.value_or(box_m.min.y));
-  split_gains(images, gain, plane, estimate.gain);
+  split_gains(images, gain, rule.view_gains, plane, estimate.gain);
   for (int round = 0;; ++round) {
     for_each_view(images, [&](std::size_t v) {
       const Acquisition& a = images[v].acquisition;
@@ -400,7 +403,7 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
       gain[v] = plane.gain_at(a.incidence_rad) * estimate.gain[v] * (seen > 0.0 && without > 0.0 ? seen / without : 1.0);
     });
     if (round == rule.n_rounds) break;
-    split_gains(images, gain, plane, estimate.gain);
+    split_gains(images, gain, rule.view_gains, plane, estimate.gain);
     plane.texture = smoothed_texture(images, plane, gain, estimate.mask, rule);
   }
   estimate.deviation = relative_deviation(images, plane, estimate.gain);

@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: Apache-2.0
+// The ablation: each rule and prior of learning left out alone, and what that costs on views that were not learned from.
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <boost/math/distributions/students_t.hpp>
+#include <nlohmann/json.hpp>
+
+#include "app_main.h"
+#include "command_line.h"
+#include "output_lock.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/dataset/manifest.h"
+#include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/evaluation/evaluation.h"
+#include "sarnerf/nerf/trainer.h"
+#include "study.h"
+#include "torch_setup.h"
+#include "values.h"
+
+namespace sarnerf::bench {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// A data set and the clean views that it is judged by.
+struct Material {
+  std::string name;
+  Dataset dataset;
+  std::vector<PosedImage> images, truth;
+};
+
+/// All that a rule can change.
+struct Method {
+  GroundRule ground;
+  bool knows_response = true;
+  bool finishes = true;      ///< Trainer::finish()
+  std::function<void(TrainerOptions&, const TrainingSet&)> options = [](TrainerOptions&, const TrainingSet&) {};
+};
+
+struct Rule {
+  std::string name, text;
+  std::function<bool(const TrainerOptions&, const TrainingSet&)> acts;
+  std::function<void(Method&)> leave_out;
+};
+
+using Set = const TrainingSet&;
+using O = TrainerOptions;
+
+bool over_ground(const O&, Set s) { return s.ground.has_value(); }
+bool speckled(const O&, Set s) { return s.ground && s.ground->speckled; }
+bool always(const O&, Set) { return true; }
+
+/// A rule that sets an option, left out by setting it to what it would be without.
+Rule option_rule(const char* name, const char* text, std::function<bool(const O&, Set)> acts,
+                 std::function<void(O&, Set)> without) {
+  return {name, text, std::move(acts), [without = std::move(without)](Method& m) { m.options = without; }};
+}
+
+Rule ground_rule(const char* name, const char* text, std::function<bool(const O&, Set)> acts,
+                 std::function<void(GroundRule&)> without) {
+  return {name, text, std::move(acts), [without = std::move(without)](Method& m) { without(m.ground); }};
+}
+
+/// The priors' factor over a ground (trainer_options.cpp), from what it made of the smoothness of brightness.
+double scarcity_of(const O& o, Set s) {
+  const bool through = s.resolution && s.cleaned.empty();
+  return o.grid.smooth_source / (through ? 0.4 : 1.0);
+}
+
+const std::vector<Rule>& rules() {
+  const GridOptions grid;
+  const O plain;
+  static const std::vector<Rule> all{
+      option_rule("distortion", "distortion prior", [](const O& o, Set) { return o.distortion > 0.0; },
+                  [](O& o, Set) { o.distortion = 0.0; }),
+      option_rule("distortion_decay", "distortion falls to a tenth", [](const O& o, Set) { return o.distortion > 0.0; },
+                  [](O& o, Set) { o.final_distortion = 1.0; }),
+      option_rule("smooth_density", "smoothness of density", always, [](O& o, Set) { o.grid.smooth_density = 0.0; }),
+      option_rule("smooth_source", "smoothness of brightness", [](const O& o, Set) { return o.grid.smooth_source > 0.0; },
+                  [](O& o, Set) { o.grid.smooth_source = 0.0; }),
+      option_rule("smooth_angular", "smoothness of turning brightness",
+                  [](const O& o, Set) { return o.grid.smooth_angular > 0.0; }, [](O& o, Set) { o.grid.smooth_angular = 0.0; }),
+      option_rule("few_views", "stronger priors for few views, no ground",
+                  [](const O&, Set s) { return !s.ground && s.images.size() < 30; },
+                  [=](O& o, Set) {
+                    o.distortion = plain.distortion;
+                    o.final_distortion = plain.final_distortion;
+                    o.grid.smooth_density = grid.smooth_density;
+                    o.grid.smooth_angular = grid.smooth_angular;
+                    o.grid.initial_depth = grid.initial_depth;
+                  }),
+      option_rule("scarcity", "priors over a ground by views times looks",
+                  [](const O& o, Set s) { return s.ground && std::abs(scarcity_of(o, s) - 1.0) > 0.05; },
+                  [](O& o, Set s) { o = with_smoothness(o, 1.0 / scarcity_of(o, s)); }),
+      option_rule("angular_by_looks", "turning brightness smoothed by 1 / looks",
+                  [](const O&, Set s) { return s.ground && s.ground->looks && *s.ground->looks > 1.5; },
+                  [](O& o, Set s) { o.grid.smooth_angular *= *s.ground->looks; }),
+      option_rule("through_response", "priors x 0.4 through a response",
+                  [](const O&, Set s) { return s.resolution && s.ground && s.cleaned.empty(); },
+                  [](O& o, Set) { o = with_smoothness(o, 1.0 / 0.4); }),
+      option_rule("relative_loss", "relative error over a ground", over_ground, [](O& o, Set) { o.relative_epsilon = 0.0; }),
+      option_rule("epsilon_by_looks", "epsilon of half the looks (else 1)", speckled,
+                  [](O& o, Set) { o.relative_epsilon = 1.0; }),
+      option_rule("huber", "Huber's bound", over_ground, [](O& o, Set) { o.huber_delta = 0.0; }),
+      option_rule("ground_rays", "rays a voxel apart over a ground", over_ground,
+                  [=](O& o, Set) { o.ray_spacing = plain.ray_spacing; }),
+      option_rule("ground_final_rate", "final rate 0.05 over a ground", over_ground,
+                  [=](O& o, Set) { o.final_rate = plain.final_rate; }),
+      option_rule("ground_source_rate", "rate of brightness 0.03 over a ground", over_ground,
+                  [=](O& o, Set) { o.grid.source_rate = grid.source_rate; }),
+      option_rule("ground_initial_depth", "initial depth 0.1 over a ground", over_ground,
+                  [=](O& o, Set) { o.grid.initial_depth = grid.initial_depth; }),
+      {"returned_share", "brightness rescaled after training", over_ground, [](Method& m) { m.finishes = false; }},
+      ground_rule("texture", "texture of the ground", over_ground, [](GroundRule& g) { g.texture_sigmas_cells.clear(); }),
+      ground_rule("view_gains", "gains of views", over_ground, [](GroundRule& g) { g.view_gains = false; }),
+      ground_rule("height", "estimated height of the ground", speckled,
+                  [](GroundRule& g) { g.height_significance = std::numeric_limits<double>::infinity(); }),
+      ground_rule("carving", "bare ground carves", over_ground, [](GroundRule& g) { g.bare_part = 2.0; }),
+      ground_rule("least_seeing", "space few views see is empty", over_ground, [](GroundRule& g) { g.least_seeing_part = 0.0; }),
+      ground_rule("object_height", "height of a quarter of the swath", speckled,
+                  [](GroundRule& g) { g.object_height_part = 1e9; }),
+      option_rule("pruning", "voxels are given up", always, [](O& o, Set) { o.grid.n_prunings = 0; }),
+      option_rule("prune_exposure", "unexposed voxels are given up", always, [](O& o, Set) { o.grid.prune_exposure = 0.0; }),
+      option_rule("levels", "coarse voxels first", always, [](O& o, Set) { o.grid.n_levels = 1; }),
+      option_rule("harmonics", "harmonics of degree 2 (else 1)", always, [](O& o, Set) { o.grid.harmonics_degree = 1; }),
+      option_rule("falling_rates", "falling rates (else to a half)", always, [](O& o, Set) { o.final_rate = 0.5; }),
+      {"response", "the known response", [](const O&, Set s) { return s.resolution.has_value(); },
+       [](Method& m) { m.knows_response = false; }},
+  };
+  return all;
+}
+
+/// One training: how good, and in how many seconds.
+struct Cell {
+  std::string set, rule;
+  int seed = 1;
+  double psnr_power_db = 0.0, psnr_log_amplitude_db = 0.0, seconds = 0.0;
+  bool is_speckled = false;
+
+  /// Power on clean data, log amplitude on speckle.
+  double score_db() const { return is_speckled ? psnr_log_amplitude_db : psnr_power_db; }
+};
+
+const std::string kAll = "all";
+
+struct AblationOptions {
+  std::vector<std::string> folders, only;
+  fs::path output;
+  int n_seeds = 2;
+  std::int64_t n_steps = 0;
+  bool dry_run = false;
+  app::SharedOptions shared;
+};
+
+Material read(const std::string& folder) {
+  Material m;
+  m.name = fs::path(folder).filename().string();
+  m.dataset = read_manifest(folder);
+  const auto all = [](const Dataset& d) {
+    std::vector<std::size_t> places(d.views.size());
+    for (std::size_t n = 0; n < places.size(); ++n) places[n] = n;
+    return places;
+  };
+  m.images = load_images(folder, m.dataset, all(m.dataset));
+  const std::string truth = folder + ".truth";
+  const Dataset other = read_manifest(truth);
+  m.truth = load_images(truth, other, all(other));
+  for (PosedImage& view : m.truth) view.acquisition.aim_m = glm::dvec3(0.0);
+  return m;
+}
+
+TrainingSet set_of(const Material& m, const Method& method) {
+  return training_set(m.images, m.dataset.scene_box_m, {},
+                      method.knows_response ? m.dataset.resolution : std::optional<Resolution>(), method.ground);
+}
+
+TrainerOptions options_of(const TrainingSet& set) {
+  return default_options(set, "grid", Schedule::steps, /*surfaces=*/false);
+}
+
+Cell learn(const Material& m, const Rule* rule, int seed, std::int64_t n_steps, const Monitor& monitor) {
+  Method method;
+  if (rule) rule->leave_out(method);
+  WorkClock clock(0.0, 0.0);
+  TrainingSet set = set_of(m, method);
+  TrainerOptions options = options_of(set);
+  method.options(options, set);
+  options.seed = static_cast<std::uint64_t>(seed);
+  if (n_steps == 0) n_steps = default_steps(set);
+  Cell cell{m.name, rule ? rule->name : kAll, seed};
+  // Images decide which score counts, and not what a method makes of them.
+  cell.is_speckled = is_speckled(m.images);
+  Trainer trainer(std::move(set), options);
+  for (std::int64_t n = 0; n < n_steps; ++n) {
+    monitor.check();
+    trainer.step(static_cast<double>(n) / static_cast<double>(n_steps));
+  }
+  if (method.finishes) trainer.finish();
+  cell.seconds = clock.seconds();
+  const double peak = peak_power(m.truth);
+  for (const PosedImage& truth : m.truth) {
+    const Image<float> view = render_view(trainer.field(), truth.acquisition);
+    const auto n = static_cast<double>(m.truth.size());
+    cell.psnr_power_db += score_view(view, truth, peak).psnr_power_db / n;
+    cell.psnr_log_amplitude_db += score_background(view, truth, peak).log_amplitude_psnr_db / n;
+  }
+  return cell;
+}
+
+Json json_of(const Cell& c) {
+  return {{"set", c.set}, {"without", c.rule}, {"seed", c.seed}, {"psnr_power_db", c.psnr_power_db},
+          {"psnr_log_amplitude_db", c.psnr_log_amplitude_db}, {"speckled", c.is_speckled}, {"seconds", c.seconds}};
+}
+
+std::vector<Cell> cells_of(const fs::path& file) {
+  std::vector<Cell> cells;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    const Json j = Json::parse(line, nullptr, false);
+    if (!j.is_object()) continue;  // a line that an interruption cut off
+    cells.push_back({j.at("set"), j.at("without"), j.at("seed"), j.at("psnr_power_db"), j.at("psnr_log_amplitude_db"),
+                     j.at("seconds"), j.at("speckled")});
+  }
+  return cells;
+}
+
+/// Mean over seeds of the score with everything, less that without the rule, by scene.
+std::vector<double> gains_of(const std::vector<Cell>& cells, const std::string& rule, bool of_power) {
+  std::map<std::pair<std::string, int>, double> with;
+  const auto score = [&](const Cell& c) { return of_power ? c.psnr_power_db : c.score_db(); };
+  for (const Cell& c : cells)
+    if (c.rule == kAll) with[{c.set, c.seed}] = score(c);
+  std::map<std::string, std::vector<double>> of_set;
+  for (const Cell& c : cells) {
+    const auto all = with.find({c.set, c.seed});
+    if (c.rule == rule && all != with.end()) of_set[c.set].push_back(all->second - score(c));
+  }
+  std::vector<double> gains;
+  for (const auto& [set, of_seed] : of_set) {
+    double sum = 0.0;
+    for (const double g : of_seed) sum += g;
+    gains.push_back(sum / static_cast<double>(of_seed.size()));
+  }
+  return gains;
+}
+
+struct Interval {
+  double mean = 0.0, half_width = std::numeric_limits<double>::infinity();
+};
+
+/// 95 % interval of the mean (Student's t).
+Interval interval_of(const std::vector<double>& values) {
+  const auto n = static_cast<double>(values.size());
+  Interval i;
+  for (const double v : values) i.mean += v / n;
+  if (values.size() < 2) return i;
+  double squares = 0.0;
+  for (const double v : values) squares += (v - i.mean) * (v - i.mean);
+  const double t = boost::math::quantile(boost::math::students_t(n - 1.0), 0.975);
+  i.half_width = t * std::sqrt(squares / (n - 1.0) / n);
+  return i;
+}
+
+std::string table_of(const std::vector<Cell>& cells) {
+  constexpr double kLeastGain_db = 0.3;
+  constexpr std::size_t kLeastScenes = 5;
+  std::string text = "| rule | scenes | gain (dB) | 95 % interval | gain in power (dB) | least | most | verdict |\n"
+                     "|---|--:|--:|--:|--:|--:|--:|---|\n";
+  for (const Rule& rule : rules()) {
+    const std::vector<double> gains = gains_of(cells, rule.name, false);
+    if (gains.empty()) continue;
+    const Interval i = interval_of(gains), power = interval_of(gains_of(cells, rule.name, true));
+    const bool stays = i.mean - i.half_width > 0.0 && i.mean >= kLeastGain_db;
+    const auto [least, most] = std::ranges::minmax(gains);
+    text += format("| %s (`%s`) | %zu | %+.2f | %+.2f to %+.2f | %+.2f | %+.2f | %+.2f | %s |\n", rule.text.c_str(),
+                   rule.name.c_str(), gains.size(), i.mean, i.mean - i.half_width, i.mean + i.half_width, power.mean, least, most,
+                   gains.size() < kLeastScenes ? "too few scenes" : stays ? "stays" : "goes");
+  }
+  std::map<std::string, std::vector<double>> spread;
+  for (const Cell& c : cells)
+    if (c.rule == kAll) spread[c.set].push_back(c.score_db());
+  text += "\n| scene | seeds | score (dB) | standard deviation over seeds |\n|---|--:|--:|--:|\n";
+  for (const auto& [set, scores] : spread) {
+    const auto n = static_cast<double>(scores.size());
+    double mean = 0.0, squares = 0.0;
+    for (const double s : scores) mean += s / n;
+    for (const double s : scores) squares += (s - mean) * (s - mean);
+    text += format("| %s | %zu | %.2f | %.2f |\n", set.c_str(), scores.size(), mean,
+                   n > 1.0 ? std::sqrt(squares / (n - 1.0)) : 0.0);
+  }
+  return text;
+}
+
+std::optional<AblationOptions> parse(int argc, char** argv) {
+  using namespace app;
+  CommandLine command("sar_bench ablation",
+                      "Leaves out each rule and prior of learning alone, and prints what that costs on clean views that were not\n"
+                      "learned from: PSNR of power on clean data, of log amplitude on speckle. The unit is the scene. Resumable:\n"
+                      "OUTPUT/cells.jsonl has a line for each training, and what is there is not learned again.",
+                      "Examples:\n  scripts/ablation.sh makes the data sets and calls this.\nExit codes: 0 done, 1 failure at run time, "
+                      "2 usage, 3 bad input file, 130 interrupted.");
+  AblationOptions o;
+  command.add_list("DATA", o.folders, text("FOLDER"), "Data sets; FOLDER.truth holds the clean views to judge by", {});
+  command.require("DATA");
+  command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder of the results");
+  command.require("-o");
+  command.add("--seeds", o.n_seeds, whole("N", 1, 1000), "Seeds 1 to N of each cell");
+  command.add("--steps", o.n_steps, whole("N", 0, 1'000'000), "Steps of each training; 0: sar_nerf_train's default");
+  command.add_list("--rules", o.only, text("NAME"), "Only these; 'all' is the method with everything", {.one_at_a_time = true});
+  command.add_flag("--dry-run", o.dry_run, "Print the cells that are missing and stop");
+  command.add_shared_options();
+  command.then([&] { o.shared = command.shared_options(); });
+  if (!command.parse(argc, argv)) return std::nullopt;
+  for (const std::string& name : o.only)
+    if (name != kAll && std::ranges::find(rules(), name, &Rule::name) == rules().end())
+      throw UsageError("--rules: there is no rule " + in_quotes(name));
+  return o;
+}
+
+}  // namespace
+
+void run_ablation(int argc, char** argv, app::Console& console) {
+  const std::optional<AblationOptions> parsed = parse(argc, argv);
+  if (!parsed) return;
+  const AblationOptions& o = *parsed;
+  console.set_verbosity(o.shared.verbosity);
+  const ThreadLimit threads(o.shared.n_threads);
+  app::use_torch_threads(thread_count());
+  const Monitor monitor{{}, &app::stop_requested()};
+  make_folder(o.output);
+  const app::FolderLock lock(o.output);
+  const fs::path file = o.output / "cells.jsonl";
+  std::vector<Cell> cells = cells_of(file);
+  std::set<std::tuple<std::string, std::string, int>> done;
+  for (const Cell& c : cells) done.insert({c.set, c.rule, c.seed});
+  const auto chosen = [&](const std::string& name) { return o.only.empty() || std::ranges::find(o.only, name) != o.only.end(); };
+
+  struct Missing {
+    const Material* material;
+    const Rule* rule;
+    int seed;
+  };
+  std::vector<Material> materials;
+  for (const std::string& folder : o.folders) materials.push_back(read(folder));
+  // Seed by seed, so that a study that was interrupted has judged every rule.
+  std::vector<Missing> missing;
+  for (int seed = 1; seed <= o.n_seeds; ++seed)
+    for (const Material& m : materials) {
+      const TrainingSet set = set_of(m, {});
+      const TrainerOptions options = options_of(set);
+      const auto add = [&](const Rule* rule, const std::string& name) {
+        if (!done.contains({m.name, name, seed})) missing.push_back({&m, rule, seed});
+      };
+      add(nullptr, kAll);
+      for (const Rule& rule : rules())
+        if (chosen(rule.name) && rule.acts(options, set)) add(&rule, rule.name);
+    }
+  if (o.dry_run) {
+    for (const Missing& c : missing)
+      app::print_result(c.material->name + " " + (c.rule ? c.rule->name : kAll) + " " + std::to_string(c.seed) + "\n");
+    return;
+  }
+  std::ofstream out(file, std::ios::app);
+  for (std::size_t n = 0; n < missing.size(); ++n) {
+    const Missing& c = missing[n];
+    const Cell cell = learn(*c.material, c.rule, c.seed, o.n_steps, monitor);
+    out << json_of(cell).dump() << std::endl;
+    if (!out) throw Error(file.string() + " could not be written; is the disk full?");
+    cells.push_back(cell);
+    console.note(format("%zu/%zu %s without %s, seed %d: %.2f dB power, %.2f dB log amplitude, %.0f s", n + 1, missing.size(),
+                        cell.set.c_str(), cell.rule.c_str(), cell.seed, cell.psnr_power_db, cell.psnr_log_amplitude_db,
+                        cell.seconds));
+  }
+  const std::string table = table_of(cells);
+  write_file_atomically(o.output / "ablation.md", table);
+  app::print_result(table);
+}
+
+}  // namespace sarnerf::bench

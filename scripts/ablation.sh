@@ -1,0 +1,70 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# The ablation of the learning method on generated scenes. Needs a build (cmake --build --preset release).
+set -eu
+
+usage() {
+  cat <<USAGE
+Usage: scripts/ablation.sh [--folder FOLDER] [--spot FILE] [--data] [OPTIONS of sar_bench ablation...]
+Renders the scenes of sar_bench scenes --seed 101:110, and spot where its mesh is given, each in one configuration, and leaves
+out each rule and prior of learning alone (sar_bench ablation). What is there is not made again. FOLDER/result has the cells
+(cells.jsonl) and the table (ablation.md).
+  --folder FOLDER  (default build/ablation)
+  --spot FILE      spot.obj, 1.7 m long as published; rendered 6 times as large
+  --data           only render
+USAGE
+}
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+folder=$root/build/ablation
+spot=
+only_data=
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --folder) folder=$2; shift 2 ;;
+    --spot) spot=$2; shift 2 ;;
+    --data) only_data=yes; shift ;;
+    -h | --help) usage; exit 0 ;;
+    *) break ;;
+  esac
+done
+programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
+mkdir -p "$folder/data"
+"$programs/sar_bench/sar_bench" scenes --seed 101:110 "$folder/scenes" -q > /dev/null
+
+# Azimuths of 12 and 36 training views, and those that judge.
+few=0:330:30 many=0:350:10 unseen=7.3:337.3:30
+sets=
+# data NAME SCENE AZIMUTHS PITCHES LOOKS OPTIONS...
+data() {
+  name=$1 scene=$2 azimuths=$3 pitches=$4 looks=$5
+  shift 5
+  sets="$sets $folder/data/$name"
+  render() {
+    "$programs/sar_render/sar_render" "$scene" --pitch "$pitches" "$@" -q > /dev/null
+  }
+  render "$@" --azimuth "$azimuths" --looks "$looks" -o "$folder/data/$name"
+  render "$@" --azimuth "$unseen" -o "$folder/data/$name.truth"
+}
+scene() { echo "$folder"/scenes/"$1"_*/scene.json; }
+
+dark="--size 96x96 --spacing 0.3"
+meadow="--ground grass --size 112x128 --spacing 0.25"
+response="--resolution 0.4 --window taylor:-35"
+# shellcheck disable=SC2086  # several options
+{
+  if [ -n "$spot" ]; then data spot "$spot" $many 45 inf --scale 6 $dark; fi
+  data 101 "$(scene 101)" $few 45 inf $dark
+  data 102 "$(scene 102)" $many 45 inf $dark --resolution 0.45 --window taylor:-35
+  data 103 "$(scene 103)" $many 60 1 $meadow
+  data 104 "$(scene 104)" $few 35,45,55 inf $dark
+  data 105 "$(scene 105)" $many 45 inf $meadow
+  data 106 "$(scene 106)" $many 60 4 $meadow $response
+  data 107 "$(scene 107)" $few 60 4 $meadow
+  data 108 "$(scene 108)" $few 50,60,70 1 $meadow $response
+  data 109 "$(scene 109)" $few 45 inf $meadow
+  data 110 "$(scene 110)" $many 60 1 $meadow $response
+}
+if [ -n "$only_data" ]; then exit 0; fi
+# shellcheck disable=SC2086
+exec "$programs/sar_bench/sar_bench" ablation $sets -o "$folder/result" "$@"
