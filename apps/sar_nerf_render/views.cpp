@@ -108,6 +108,7 @@ std::string manifest_of(const Job& job, const std::vector<DatasetView>& views,
       {"learned_from", {{"sha256", info.dataset_sha256}, {"views", info.training_views.size()}}}};
   if (!display.is_null()) provenance["display"] = display;
   if (dataset.views.size() < views.size()) dataset.n_planned_views = views.size();
+  dataset.exact_poses = true;
   dataset.provenance_json = provenance.dump();
   return manifest_text(dataset);
 }

@@ -148,8 +148,11 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   refuse_beyond_memory(o, all);
 
   data.fingerprint = dataset_fingerprint(o.dataset, data.dataset, monitor);
-  data.set = training_set(load_images(o.dataset, data.dataset, training, monitor),
-                          data.dataset.scene_box_m, o.heights, usable_resolution(o, data.dataset, console));
+  const bool registers = o.registers.value_or(!data.dataset.exact_poses);
+  std::vector<PosedImage> images = load_images(o.dataset, data.dataset, training, monitor);
+  if (registers) register_views(images, kCut_pixels, 0.0, monitor);
+  data.set = training_set(std::move(images), data.dataset.scene_box_m, o.heights, usable_resolution(o, data.dataset, console));
+  data.set.exact_poses = !registers;
   if (!held_out.empty()) data.validation = load_images(o.dataset, data.dataset, held_out, monitor);
   if (!unseen.empty()) {
     auto more = load_images(o.against, other, unseen, monitor);
@@ -158,7 +161,11 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   for (PosedImage& image : data.validation) image.acquisition.aim_m = glm::dvec3(0.0);
   for (const Outlier& outlier : limit_outliers(data.validation))
     console.warning("of the views to compare with: " + outlier_text(outlier, data.validation));
-  data.despeckled = despeckled_if_asked(o.despeckle_deg, data.validation);
+  // The truth's views are registered to one another alone, never to a method's output.
+  std::vector<PosedImage> truth;
+  if (o.despeckle_deg > 0.0) truth = data.validation;
+  if (registers) register_views(truth, kCut_pixels, 0.0, monitor);
+  data.despeckled = despeckled_if_asked(o.despeckle_deg, truth);
   tell_oddities(o, data, console);
   return data;
 }

@@ -83,6 +83,9 @@ void add_options(CommandLine& command, Options& o) {
               one_of<std::optional<bool>>({{"auto", std::nullopt}, {"on", true}, {"off", false}}),
               "Learn opaque matter, from which surfaces can be taken; auto: with 36 or more images of different incidences "
               "and no background");
+  command.add("--register", o.registers,
+              one_of<std::optional<bool>>({{"auto", std::nullopt}, {"on", true}, {"off", false}}),
+              "Learn a shift and a gain of each view; auto: where dataset.json does not say that poses are exact");
   command.add("--ground-height", o.heights.ground_m, number("M").or_word("auto"),
               "Where the ground lies, in world coordinates; auto: where speckled views agree on its texture, else the bottom "
               "of the dataset's scene box");
@@ -201,6 +204,7 @@ constexpr Limits kLimits[] = {
     {"n_levels", 1, 10},
     {"harmonics_degree", 0, 2},
     {"n_prunings", 0, 1000},
+    {"n_registrations", 0, 1000},
     {"final_rate", 1e-9, 1},
     {"ray_spacing", 1e-2, 1e2},
     {"end_depth", 1e-3, kAny},

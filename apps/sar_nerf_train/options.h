@@ -65,6 +65,7 @@ struct Options {
   std::filesystem::path dataset;
   std::string field = "grid";
   std::optional<bool> surfaces;  ///< unless the images decide
+  std::optional<bool> registers;  ///< whether views' shifts and gains are learned; unless told, the dataset decides
   SceneHeights heights;          ///< unless told, the images decide
   ResolutionChoice resolution;   ///< unless told, the dataset says
   Smoothness smoothness;

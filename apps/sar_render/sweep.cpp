@@ -190,6 +190,7 @@ std::string manifest_of(const Job& job, const SweepFolder& folder, const Json& r
   }
   if (display) provenance["display"] = display->text(job.options.quantity);
   if (dataset.views.size() < job.views.size()) dataset.n_planned_views = job.views.size();
+  dataset.exact_poses = true;
   dataset.provenance_json = provenance.dump();
   return manifest_text(dataset);
 }

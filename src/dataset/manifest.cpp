@@ -335,6 +335,9 @@ Dataset parse_manifest(std::string_view text, const std::string& where) {
   const JsonReader provenance = reader.at("provenance");
   if (!provenance.json().is_object()) provenance.fail("expected an object");
   dataset.provenance_json = provenance.json().dump();
+  // Without the key, older programs' data sets of sar_render say so by who made them.
+  dataset.exact_poses = reader.has("exact_poses") ? reader.at("exact_poses").boolean()
+                                                  : dataset.provenance_json.find("sar_render") != std::string::npos;
   reader.finish();
   return dataset;
 }
@@ -398,6 +401,7 @@ std::string manifest_text(const Dataset& dataset) {
   head["aim_m"] = vector_json(dataset.aim_m);
   head["scene_box_m"] =
       Json::array({vector_json(dataset.scene_box_m.min), vector_json(dataset.scene_box_m.max)});
+  head["exact_poses"] = dataset.exact_poses;
   if (const auto& r = dataset.resolution)
     head["impulse_response"] = {{"resolution_m", {r->azimuth_m, r->range_m}}, {"window", text_of(r->window)}};
   if (dataset.unfinished()) head["planned_views"] = dataset.n_planned_views;

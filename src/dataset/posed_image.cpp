@@ -214,6 +214,29 @@ std::vector<std::vector<std::size_t>> places_by_pitch(std::span<const double> in
   return pitches;
 }
 
+void remove_common_translation(std::span<PosedImage> images) {
+  if (images.size() < 2) return;
+  glm::dmat3 squares(0.0);
+  glm::dvec3 products(0.0);
+  const auto add = [&](const glm::dvec3& axis, double shift_m) {
+    squares += glm::outerProduct(axis, axis);
+    products += shift_m * axis;
+  };
+  for (const PosedImage& image : images) {
+    const RadarFrame frame = radar_frame(image.acquisition);
+    add(frame.h, image.acquisition.azimuth_shift_m);
+    add(frame.k, image.acquisition.range_shift_m);
+  }
+  // Views of one direction leave a component open: it stays 0.
+  squares += 1e-9 * static_cast<double>(images.size()) * glm::dmat3(1.0);
+  const glm::dvec3 t = glm::inverse(squares) * products;
+  for (PosedImage& image : images) {
+    const RadarFrame frame = radar_frame(image.acquisition);
+    image.acquisition.azimuth_shift_m -= glm::dot(frame.h, t);
+    image.acquisition.range_shift_m -= glm::dot(frame.k, t);
+  }
+}
+
 namespace {
 
 constexpr float kGap = 10.0f;

@@ -313,7 +313,8 @@ DespeckledTruth despeckled_truth(std::span<const PosedImage> unseen, double reac
                      });
     const auto odd = every_other(pitch.views, 0), even = every_other(pitch.views, 1);
     for (const PosedImage* view : odd) {
-      const Acquisition& wanted = view->acquisition;
+      Acquisition wanted = view->acquisition;
+      wanted.azimuth_shift_m = wanted.range_shift_m = 0.0;
       const auto of_truth = within(odd, wanted, reach_rad), others = within(even, wanted, reach_rad);
       if (of_truth.size() < 2 || others.empty()) continue;
       result.which.push_back(static_cast<std::size_t>(view - unseen.data()));

@@ -79,6 +79,8 @@ struct Dataset {
   double scale = 1.0;  ///< physical value = stored value or code × scale
   glm::dvec3 aim_m{0.0};
   Box scene_box_m;  ///< what the swath sees; see scene_box_of_swath
+  /// Whether the views' poses are exact to a hundredth of a pixel, as simulated ones are; measured chips are cut about the target.
+  bool exact_poses = false;
   std::optional<Resolution> resolution;  ///< of the impulse response that all images have; none: unknown, or none
   std::vector<DatasetView> views;
   std::size_t n_planned_views = 0;  ///< of an interrupted sweep: how many views it will have; 0: all are there

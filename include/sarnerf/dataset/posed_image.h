@@ -42,6 +42,15 @@ Image<float> to_radar_axes(const Image<float>& file, const std::array<Axis, 2>& 
 
 }  // namespace sarnerf
 
+/// Registration.
+namespace sarnerf {
+
+/// Takes the scene's common translation t out of the images' shifts: it moves view v by h_v · t along track and by k_v · t in range,
+/// and no set of images can say where it is as a whole. Least squares over all views; unchanged for fewer than two views.
+void remove_common_translation(std::span<PosedImage> images);
+
+}  // namespace sarnerf
+
 /// What images show around the scene: nothing, an even ground, or speckle.
 namespace sarnerf {
 

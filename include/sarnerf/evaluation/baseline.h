@@ -109,3 +109,21 @@ std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
                                         const Monitor& monitor = {});
 
 }  // namespace sarnerf
+
+namespace sarnerf {
+
+/// Standard deviation (pixels, along each axis) of where measured chips are cut: a prior for their shifts.
+inline constexpr double kCut_pixels = 1.0;
+
+/// Finds each image's shift (Acquisition::azimuth_shift_m, range_shift_m) from the images alone: each is correlated with the mean
+/// of its six nearest neighbours of the same pitch, turned onto it by the level plane `plane_height_m` above the aim point. The
+/// shifts are those that agree with all correlations best, with a Gaussian prior of standard deviation `prior_pixels`, so that what
+/// neighbours cannot say (shifts that vary slowly with azimuth) stays small. The common translation is taken out.
+///
+/// Pixels are never interpolated: only the acquisitions change. Nothing is known of a view without others at its pitch. Cost: three
+/// rounds of seven turned images and some 50 products of images a view, in parallel. Throws as interpolate_view(), and Interrupted
+/// when the monitor asks for it.
+void register_views(std::span<PosedImage> images, double prior_pixels = kCut_pixels, double plane_height_m = 0.0,
+                    const Monitor& monitor = {});
+
+}  // namespace sarnerf

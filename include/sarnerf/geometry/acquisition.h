@@ -54,22 +54,25 @@ struct Acquisition {
   int n_range = 0;
   double azimuth_spacing_m = 0.0;
   double range_spacing_m = 0.0;
+  /// Registration: how far beside the aim point, along track and in slant range, the image's centre lies. 0 where poses are
+  /// exact. Below, offsets are those of what the pixels show.
+  double azimuth_shift_m = 0.0, range_shift_m = 0.0;
 
   /// Height of the radar above the aim point (m).
   double altitude_m() const;
 
   /// Along-track coordinate of the centre of row i relative to the aim point (m).
-  double row_offset_m(double i) const { return (i - 0.5 * (n_azimuth - 1)) * azimuth_spacing_m; }
+  double row_offset_m(double i) const { return (i - 0.5 * (n_azimuth - 1)) * azimuth_spacing_m + azimuth_shift_m; }
 
   /// Row whose centre lies at an along-track coordinate (m), with its fraction: the inverse of row_offset_m.
-  double row_of(double along_m) const { return along_m / azimuth_spacing_m + 0.5 * (n_azimuth - 1); }
+  double row_of(double along_m) const { return (along_m - azimuth_shift_m) / azimuth_spacing_m + 0.5 * (n_azimuth - 1); }
 
   /// Slant range of the centre of bin j minus that of the aim point (m). The difference, not the range
   /// itself, is what kernels work with: it is exact in float32 for a radar at any distance.
-  double bin_offset_m(double j) const { return (j - 0.5 * (n_range - 1)) * range_spacing_m; }
+  double bin_offset_m(double j) const { return (j - 0.5 * (n_range - 1)) * range_spacing_m + range_shift_m; }
 
   /// Bin whose centre lies at a range offset (m), with its fraction: the inverse of bin_offset_m.
-  double bin_of(double offset_m) const { return offset_m / range_spacing_m + 0.5 * (n_range - 1); }
+  double bin_of(double offset_m) const { return (offset_m - range_shift_m) / range_spacing_m + 0.5 * (n_range - 1); }
 
   /// Slant range of the centre of bin j (m).
   double range_m(double j) const { return slant_range_m + bin_offset_m(j); }

@@ -34,6 +34,8 @@ struct TrainerOptions {
   /// Relative error beyond which the loss grows linearly (Huber), since a glint in one view says little of the next; 0: nowhere.
   /// At 3, of the ground's speckle of one look 2 % lie beyond with an ε of 0, and 0.4 % with ½, half a look.
   double huber_delta = 0.0;
+  /// How often views' shifts and gains are learned, in the first three fifths of the training; 0 where poses are exact.
+  int n_registrations = 0;
   std::uint64_t seed = 1;
 };
 

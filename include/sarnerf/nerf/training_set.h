@@ -21,6 +21,7 @@ struct TrainingSet {
   float bright = 0.0f;             ///< mean of the brightest hundredth of the pixels above 0: scale of the brightness
   GroundRule ground_rule;          ///< of the next, and of space over it
   std::optional<GroundEstimate> ground;  ///< a level ground, where the images show one
+  bool exact_poses = true;         ///< views are where their acquisitions say; else their shifts and gains are learned
   bool background = false;         ///< most pixels return power: zeros tell nothing of space
   bool tails_are_dark = false;     ///< pixels 40 dB below the peak are taken for 0
   /// Of the radar that made the images, where the field is to be the scene without its impulse response.

@@ -24,6 +24,9 @@ class FieldLearner {
   /// priors, and moves the parameters at `rate`, a fraction of the largest learning rates. Returns the sum of these priors.
   virtual double minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) = 0;
 
+  /// Another texture of the ground that the field's rays end on.
+  virtual void set_ground(std::shared_ptr<const LevelGround> ground) = 0;
+
   /// What is done once, after the last step.
   virtual void finish(const TrainingSet&) {}
 

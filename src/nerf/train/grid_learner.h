@@ -91,6 +91,7 @@ class GridLearner : public FieldLearner {
   const LearnedField& field() const override { return field_; }
   bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
   double minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) override;
+  void set_ground(std::shared_ptr<const LevelGround> ground) override { field_.ground = std::move(ground); }
   void finish(const TrainingSet& set) override;
   Archive state() const override;
   void restore(const Archive& archive, const std::string& where) override;

@@ -70,6 +70,10 @@ DataTerm::DataTerm(const TrainingSet& set, const PixelLoss& pixel) : pixel_(pixe
   }
 }
 
+void DataTerm::set_images(const TrainingSet& set) {
+  for (std::size_t v = 0; v < views_.size(); ++v) views_[v].image = tensor_of(set.images[v].power);
+}
+
 DataLoss DataTerm::of(const RowBatch& batch, const torch::Tensor& rendered) {
   const torch::NoGradGuard no_gradients;
   const torch::Tensor pixels = rendered.contiguous();

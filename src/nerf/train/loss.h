@@ -86,6 +86,11 @@ class DataTerm {
   /// spacing under-samples the resolution.
   DataTerm(const TrainingSet& set, const PixelLoss& pixel);
 
+  const PixelLoss& pixel() const { return pixel_; }
+
+  /// The views' images, after their gains have changed.
+  void set_images(const TrainingSet& set);
+
   /// `rendered`: pixels of the batch's rows as the field has them, [n] float32.
   DataLoss of(const RowBatch& batch, const torch::Tensor& rendered);
 

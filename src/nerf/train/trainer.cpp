@@ -15,6 +15,7 @@
 #include "train/field_learner.h"
 #include "train/grid_learner.h"
 #include "train/loss.h"
+#include "train/registration.h"
 
 namespace sarnerf {
 
@@ -122,12 +123,28 @@ struct Trainer::State {
   DataTerm data_term;
   DivergenceGuard guard;
   RowQueue queue;
+  ViewRegistration registration;
   std::int64_t steps = 0;
   std::vector<LayoverShadowWindow> windows;  ///< of each view, over a level ground
 
   State(TrainingSet images, const TrainerOptions& how, const Monitor& monitor)
       : set(std::move(images)), options(how), learner(make_learner(set, options, monitor)),
-        data_term(set, pixel_loss(set, options)), guard(set), queue(options.seed) {}
+        data_term(set, pixel_loss(set, options)), guard(set), queue(options.seed),
+        registration(options.n_registrations) {}
+
+  /// What goes with shifts and gains of the views, after they have changed.
+  void look_at_views() {
+    data_term.set_images(set);
+    if (registration.is_complete() && set.ground) {
+      GroundRule rule = set.ground_rule;
+      rule.view_gains = false;  // the registration has them
+      if (auto ground = estimate_ground(set.appearances(), set.box_m, set.ground->plane->height_m, rule)) {
+        set.ground = std::move(ground);
+        learner->set_ground(set.ground->plane);
+      }
+    }
+    look_at_field(true);
+  }
 
   /// The queue's rows, or with `resume` only what goes with them, after the field's space has changed.
   void look_at_field(bool resume) {
@@ -201,6 +218,10 @@ Trainer::~Trainer() = default;
 StepReport Trainer::step(double progress) {
   State& s = *state_;
   if (s.learner->adapt(progress, s.set, s.sampling())) s.look_at_field(false);
+  if (s.registration.is_due(progress)) {
+    s.registration.pass(s.set, s.learner->field(), s.data_term.pixel());
+    s.look_at_views();
+  }
   StepReport report{s.steps + 1, 0.0, 0.0, s.learner->field().size_text()};
   if (const RowBatch batch = s.next_batch(); !batch.rows.empty()) {
     const double weight = s.distortion_weight(progress);
@@ -227,6 +248,7 @@ Archive Trainer::checkpoint() const {
   Archive archive = state_->learner->state();
   state_->queue.save(archive);
   state_->data_term.save(archive);
+  state_->registration.save(archive, state_->set);
   add_trainer_json(archive, {options_json(state_->options), state_->steps, state_->guard.least()});
   return archive;
 }
@@ -238,8 +260,9 @@ void Trainer::restore(const Archive& archive, const std::string& where) {
                           options_json(state_->options));
   state_->learner->restore(archive, where);
   state_->queue.restore(archive, where);
+  state_->registration.restore(archive, state_->set, where);
   state_->data_term.restore(archive, where);
-  state_->look_at_field(true);
+  state_->look_at_views();
   state_->steps = saved.steps;
   state_->guard.set_least(saved.least_error);
 }

@@ -72,6 +72,7 @@ void for_each_option(Options& o, Visit&& visit) {
   visit("final_distortion", o.final_distortion);
   visit("relative_epsilon", o.relative_epsilon);
   visit("huber_delta", o.huber_delta);
+  visit("n_registrations", o.n_registrations);
   visit("seed", o.seed);
 }
 
@@ -155,6 +156,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.grid.initial_depth = 0.2;
     options.final_distortion = 0.05;
   }
+  if (!set.exact_poses) options.n_registrations = 6;
   if (set.ground) learn_over_ground(options, set);
   if (set.background && !set.ground) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// Registers views to one another: correlation with turned neighbours, and shifts that agree with all correlations.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "sarnerf/core/image_analysis.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/evaluation/baseline.h"
+#include "view_interpolation.h"
+
+namespace sarnerf {
+
+namespace {
+
+/// Rounds of correlation: each turns the neighbours by the shifts of the last one, which sharpens their mean.
+constexpr int kRounds = 3;
+
+/// Standard deviation of amplitudes' blur (pixels): speckle is as wide, and must not decide.
+constexpr double kBlur_pixels = 1.0;
+
+/// Of a correlation's maximum (pixels), beside the prior's standard deviation.
+constexpr double kNoise_pixels = 0.2;
+
+Image<float> blurred_amplitude(const Image<float>& power) {
+  Image<float> amplitude = power;
+  for (float& p : amplitude.pixels()) p = std::sqrt(std::max(p, 0.0f));
+  return gaussian_blur(amplitude, kBlur_pixels);
+}
+
+/// Correlation coefficient of image(i, j) with reference(i + di, j + dj) where both are.
+double correlation(const Image<float>& image, const Image<float>& reference, int di, int dj) {
+  const int n_i = image.n_azimuth(), n_j = image.n_range();
+  double n = 0.0, a = 0.0, b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0;
+  for (int i = std::max(0, -di); i < std::min(n_i, n_i - di); ++i)
+    for (int j = std::max(0, -dj); j < std::min(n_j, n_j - dj); ++j) {
+      const double x = double{image(i, j)}, y = double{reference(i + di, j + dj)};
+      n += 1.0, a += x, b += y, aa += x * x, bb += y * y, ab += x * y;
+    }
+  const double variance = (aa - a * a / n) * (bb - b * b / n);
+  return variance > 0.0 ? (ab - a * b / n) / std::sqrt(variance) : 0.0;
+}
+
+/// Offset (pixels) of the largest correlation, refined by a parabola along each axis; 0 where it lies at the border.
+std::array<double, 2> best_offset(const Image<float>& image, const Image<float>& reference, int reach) {
+  const int side = 2 * reach + 1;
+  std::vector<double> c(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+  const auto at = [&](int di, int dj) -> double& {
+    return c[static_cast<std::size_t>((di + reach) * side + dj + reach)];
+  };
+  int i = 0, j = 0;
+  for (int di = -reach; di <= reach; ++di)
+    for (int dj = -reach; dj <= reach; ++dj) {
+      at(di, dj) = correlation(image, reference, di, dj);
+      if (at(di, dj) > at(i, j) || (di == -reach && dj == -reach)) i = di, j = dj;
+    }
+  if (std::abs(i) == reach || std::abs(j) == reach) return {0.0, 0.0};
+  const auto top = [](double before, double middle, double after) {
+    const double bend = before - 2.0 * middle + after;
+    return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
+  };
+  return {i + top(at(i - 1, j), at(i, j), at(i + 1, j)), j + top(at(i, j - 1), at(i, j), at(i, j + 1))};
+}
+
+/// Each view's neighbours in azimuth, at its pitch, as places among the images.
+std::vector<std::vector<std::size_t>> neighbours_of(std::span<const PosedImage> images) {
+  std::vector<std::vector<std::size_t>> neighbours(images.size());
+  for (const Pitch& pitch : pitches(checked_views(images)))
+    for (const PosedImage* view : pitch.views) {
+      Pitch others = pitch;
+      std::erase(others.views, view);
+      if (others.views.empty()) continue;
+      for (const Neighbour& n : nearest_azimuths(others, view->acquisition))
+        neighbours[static_cast<std::size_t>(view - images.data())].push_back(static_cast<std::size_t>(n.view - images.data()));
+    }
+  return neighbours;
+}
+
+/// Shifts s of least Σ (s_v − ⟨s⟩_neighbours − b_v)² / σ² + Σ s_v² / prior²: conjugate gradients on the normal equations.
+std::vector<double> agreeing_shifts(const std::vector<std::vector<std::size_t>>& neighbours, const std::vector<double>& b,
+                                    double prior_pixels) {
+  const std::size_t n = b.size();
+  const double ridge = kNoise_pixels * kNoise_pixels / (prior_pixels * prior_pixels);
+  const auto differences = [&](const std::vector<double>& s) {
+    std::vector<double> d(n);
+    for (std::size_t v = 0; v < n; ++v) {
+      double mean = 0.0;
+      for (const std::size_t u : neighbours[v]) mean += s[u] / static_cast<double>(neighbours[v].size());
+      d[v] = neighbours[v].empty() ? 0.0 : s[v] - mean;
+    }
+    return d;
+  };
+  const auto transposed = [&](const std::vector<double>& d) {
+    std::vector<double> s(n);
+    for (std::size_t v = 0; v < n; ++v) {
+      if (neighbours[v].empty()) continue;
+      s[v] += d[v];
+      for (const std::size_t u : neighbours[v]) s[u] -= d[v] / static_cast<double>(neighbours[v].size());
+    }
+    return s;
+  };
+  const auto dot = [](const std::vector<double>& x, const std::vector<double>& y) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < x.size(); ++k) sum += x[k] * y[k];
+    return sum;
+  };
+  std::vector<double> s(n), r = transposed(b), p = r;
+  double rr = dot(r, r);
+  for (std::size_t k = 0; k < 2 * n && rr > 1e-20; ++k) {
+    std::vector<double> ap = transposed(differences(p));
+    for (std::size_t v = 0; v < n; ++v) ap[v] += ridge * p[v];
+    const double step = rr / dot(p, ap);
+    for (std::size_t v = 0; v < n; ++v) s[v] += step * p[v], r[v] -= step * ap[v];
+    const double next = dot(r, r);
+    for (std::size_t v = 0; v < n; ++v) p[v] = r[v] + next / rr * p[v];
+    rr = next;
+  }
+  return s;
+}
+
+}  // namespace
+
+void register_views(std::span<PosedImage> images, double prior_pixels, double plane_height_m, const Monitor& monitor) {
+  if (images.empty()) return;
+  const int reach = std::max(2, static_cast<int>(std::ceil(3.0 * prior_pixels)));
+  const std::vector<std::vector<std::size_t>> neighbours = neighbours_of(images);
+  std::vector<Image<float>> amplitude(images.size());
+  parallel_for(images.size(), 1,
+               [&](std::size_t v, std::size_t, int) { amplitude[v] = blurred_amplitude(images[v].power); });
+  for (PosedImage& image : images) image.acquisition.azimuth_shift_m = image.acquisition.range_shift_m = 0.0;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> azimuth(images.size()), range(images.size());
+    parallel_for(images.size(), 1, [&](std::size_t v, std::size_t, int) {
+      monitor.check();
+      if (neighbours[v].empty()) return;
+      Acquisition wanted = images[v].acquisition;
+      wanted.azimuth_shift_m = wanted.range_shift_m = 0.0;
+      std::vector<Neighbour> turned;
+      double azimuth_m = 0.0, range_m = 0.0;
+      const double part = 1.0 / static_cast<double>(neighbours[v].size());
+      for (const std::size_t u : neighbours[v]) {
+        turned.push_back({&images[u], part});
+        azimuth_m += part * images[u].acquisition.azimuth_shift_m;
+        range_m += part * images[u].acquisition.range_shift_m;
+      }
+      const Image<float> reference =
+          blurred_amplitude(weighted_mean(turned, wanted, Warp::turn, plane_height_m, Average::power));
+      const std::array<double, 2> offset = best_offset(amplitude[v], reference, reach);
+      azimuth[v] = offset[0] - azimuth_m / wanted.azimuth_spacing_m;
+      range[v] = offset[1] - range_m / wanted.range_spacing_m;
+    });
+    const std::vector<double> di = agreeing_shifts(neighbours, azimuth, prior_pixels),
+                              dj = agreeing_shifts(neighbours, range, prior_pixels);
+    for (std::size_t v = 0; v < images.size(); ++v) {
+      Acquisition& a = images[v].acquisition;
+      a.azimuth_shift_m = di[v] * a.azimuth_spacing_m;
+      a.range_shift_m = dj[v] * a.range_spacing_m;
+    }
+    remove_common_translation(images);
+  }
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "train/registration.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/glm.hpp>
+
+#include "sarnerf/core/error.h"
+
+namespace sarnerf {
+
+namespace {
+
+/// Prior's standard deviation (pixels), and the most that one pass moves a view by: what a central difference still says.
+constexpr double kCut_pixels = 1.0, kMostStep_pixels = 0.5;
+
+/// α, ρ (pixels) and γ.
+glm::dvec3 gauss_newton_step(const Image<float>& image, const Image<float>& rendered, const PixelLoss& pixel,
+                             const glm::dvec2& shift_pixels) {
+  glm::dmat3 squares(0.0);
+  glm::dvec3 products(0.0);
+  double errors = 0.0, weights = 0.0;
+  for (int i = 1; i + 1 < image.n_azimuth(); ++i)
+    for (int j = 1; j + 1 < image.n_range(); ++j) {
+      const double mu = std::max(0.0, double{rendered(i, j)});
+      const double d = pixel.relative ? mu + pixel.scale : pixel.scale;
+      const double e = (mu - double{image(i, j)}) / d;
+      const double w = pixel.huber_delta > 0.0 ? std::min(1.0, pixel.huber_delta / std::max(std::abs(e), 1e-12)) : 1.0;
+      const glm::dvec3 g = glm::dvec3(0.5 * (double{rendered(i + 1, j)} - double{rendered(i - 1, j)}),
+                                      0.5 * (double{rendered(i, j + 1)} - double{rendered(i, j - 1)}), mu) / d;
+      squares += w * glm::outerProduct(g, g);
+      products += w * e * g;
+      errors += w * e * e;
+      weights += 1.0;
+    }
+  const double variance = errors / std::max(1.0, weights);
+  if (!(variance > 0.0)) return glm::dvec3(0.0);
+  // Relative to the noise: the prior is of two shifts, a gain has none.
+  squares /= variance;
+  products /= variance;
+  constexpr double kPrior = 1.0 / (kCut_pixels * kCut_pixels);
+  squares[0][0] += kPrior;
+  squares[1][1] += kPrior;
+  squares[2][2] += 1e-9;
+  products += kPrior * glm::dvec3(shift_pixels, 0.0);
+  const glm::dvec3 step = -(glm::inverse(squares) * products);
+  const double longest = std::max({std::abs(step.x), std::abs(step.y), kMostStep_pixels});
+  return step * (kMostStep_pixels / longest);
+}
+
+void divide(Image<float>& image, double gain) {
+  for (float& p : image.pixels()) p = static_cast<float>(double{p} / gain);
+}
+
+}  // namespace
+
+void ViewRegistration::pass(TrainingSet& set, const LearnedField& field, const PixelLoss& pixel, const Monitor& monitor) {
+  const std::size_t n = set.images.size();
+  if (gain_.empty()) gain_.assign(n, 1.0);
+  std::vector<double> log_gain(n);
+  double mean = 0.0;
+  for (std::size_t v = 0; v < n; ++v) {
+    monitor.check();
+    Acquisition& a = set.images[v].acquisition;
+    const Image<float> rendered = render_view(field, a);
+    const glm::dvec2 shift(a.azimuth_shift_m / a.azimuth_spacing_m, a.range_shift_m / a.range_spacing_m);
+    const glm::dvec3 step = gauss_newton_step(set.images[v].power, rendered, pixel, shift);
+    a.azimuth_shift_m += step.x * a.azimuth_spacing_m;
+    a.range_shift_m += step.y * a.range_spacing_m;
+    log_gain[v] = step.z;
+    mean += step.z / static_cast<double>(n);
+  }
+  remove_common_translation(set.images);
+  for (std::size_t v = 0; v < n; ++v) {
+    const double gain = std::exp(log_gain[v] - mean);
+    gain_[v] *= gain;
+    divide(set.images[v].power, gain);
+    if (set.cleaned.empty()) continue;
+    divide(set.cleaned[v].power, gain);
+    set.cleaned[v].acquisition = set.images[v].acquisition;
+  }
+  ++n_done_;
+}
+
+void ViewRegistration::save(Archive& archive, const TrainingSet& set) const {
+  if (n_done_ == 0) return;
+  torch::Tensor shifts = torch::empty({static_cast<std::int64_t>(set.images.size()), 3}, torch::kDouble);
+  auto* out = shifts.data_ptr<double>();
+  for (std::size_t v = 0; v < set.images.size(); ++v) {
+    *out++ = set.images[v].acquisition.azimuth_shift_m;
+    *out++ = set.images[v].acquisition.range_shift_m;
+    *out++ = gain_[v];
+  }
+  archive.tensors["shifts"] = shifts;
+  add_text(archive, "registration", {{"passes", n_done_}});
+}
+
+void ViewRegistration::restore(const Archive& archive, TrainingSet& set, const std::string& where) {
+  if (n_passes_ == 0 || archive.tensors.find("shifts") == archive.tensors.end()) return;
+  const torch::Tensor shifts = archive.tensor("shifts", torch::kDouble, 2, where).contiguous();
+  if (shifts.size(0) != static_cast<std::int64_t>(set.images.size()) || shifts.size(1) != 3)
+    throw CheckpointError(where + ": the views' shifts are those of other images");
+  n_done_ = member<int>(text_of(archive, "registration", where), "passes", where);
+  gain_.assign(set.images.size(), 1.0);
+  const auto* in = shifts.data_ptr<double>();
+  for (std::size_t v = 0; v < set.images.size(); ++v, in += 3) {
+    if (!std::isfinite(in[0]) || !std::isfinite(in[1]) || !(in[2] > 0.0))
+      throw CheckpointError(where + ": the views' shifts are damaged");
+    set.images[v].acquisition.azimuth_shift_m = in[0];
+    set.images[v].acquisition.range_shift_m = in[1];
+    gain_[v] = in[2];
+    divide(set.images[v].power, gain_[v]);
+    if (set.cleaned.empty()) continue;
+    divide(set.cleaned[v].power, gain_[v]);
+    set.cleaned[v].acquisition = set.images[v].acquisition;
+  }
+}
+
+}  // namespace sarnerf
