@@ -177,6 +177,10 @@ Json json_of(const Scores& s) {
   j["psnr_target_power_db"] = json_or_null(s.psnr_target_power_db);
   j["ssim_power"] = s.ssim_power;
   j["lpips"] = json_or_null(s.lpips);
+  if (s.registered) {
+    j["registered_psnr_power_db"] = s.registered->psnr_power_db;
+    j["registered_psnr_amplitude_db"] = s.registered->psnr_amplitude_db;
+  }
   if (s.background) j["background"] = json_of(*s.background);
   return j;
 }

@@ -54,12 +54,21 @@ Scores mean_of(std::span<const Scores> views) {
                mean(&Scores::psnr_target_power_db),
                mean(&Scores::ssim_power).value_or(0.0),
                mean(&Scores::lpips),
+               {},
                {}};
   std::vector<BackgroundScores> background;
   for (const Scores& s : views) {
     if (s.background) background.push_back(*s.background);
   }
   if (!background.empty()) means.background = mean_of(background);
+  if (!views.empty() && views.front().registered) {
+    RegisteredScores& registered = means.registered.emplace();
+    const auto n = static_cast<double>(views.size());
+    for (const Scores& s : views) {
+      registered.psnr_power_db += s.registered->psnr_power_db / n;
+      registered.psnr_amplitude_db += s.registered->psnr_amplitude_db / n;
+    }
+  }
   return means;
 }
 
@@ -111,6 +120,7 @@ struct Judge {
         method.views[n] = score_view(image, truth[n], peak, settings.target);
         if (with_background)
           method.views[n].background = score_background(image, truth[n], peak, settings.background);
+        if (settings.oracle_registered) method.views[n].registered = score_registered(image, truth[n], peak);
         done();
       }
     });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Registers views to one another: correlation with turned neighbours, and shifts that agree with all correlations.
+// Registers views to one another (correlation with turned neighbours, and shifts that agree with all correlations), and a prediction
+// to its truth.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,7 +9,10 @@
 
 #include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/parallel.h"
+#include "sarnerf/core/units.h"
+#include "sarnerf/core/error.h"
 #include "sarnerf/evaluation/baseline.h"
+#include "sarnerf/evaluation/evaluation.h"
 #include "view_interpolation.h"
 
 namespace sarnerf {
@@ -137,19 +141,17 @@ void register_views(std::span<PosedImage> images, double prior_pixels, double pl
       if (neighbours[v].empty()) return;
       Acquisition wanted = images[v].acquisition;
       wanted.azimuth_shift_m = wanted.range_shift_m = 0.0;
-      std::vector<Neighbour> turned;
-      double azimuth_m = 0.0, range_m = 0.0;
+      // Pair by pair: what is high lies over differently in each, to one side in those before and to the other in those behind,
+      // and a mean of their images would be that of the brightest.
       const double part = 1.0 / static_cast<double>(neighbours[v].size());
       for (const std::size_t u : neighbours[v]) {
-        turned.push_back({&images[u], part});
-        azimuth_m += part * images[u].acquisition.azimuth_shift_m;
-        range_m += part * images[u].acquisition.range_shift_m;
+        const Neighbour turned{&images[u], 1.0};
+        const Image<float> reference = blurred_amplitude(weighted_mean({&turned, 1}, wanted, Warp::turn, plane_height_m));
+        const std::array<double, 2> offset = best_offset(amplitude[v], reference, reach);
+        const Acquisition& a = images[u].acquisition;
+        azimuth[v] += part * (offset[0] - a.azimuth_shift_m / wanted.azimuth_spacing_m);
+        range[v] += part * (offset[1] - a.range_shift_m / wanted.range_spacing_m);
       }
-      const Image<float> reference =
-          blurred_amplitude(weighted_mean(turned, wanted, Warp::turn, plane_height_m, Average::power));
-      const std::array<double, 2> offset = best_offset(amplitude[v], reference, reach);
-      azimuth[v] = offset[0] - azimuth_m / wanted.azimuth_spacing_m;
-      range[v] = offset[1] - range_m / wanted.range_spacing_m;
     });
     const std::vector<double> di = agreeing_shifts(neighbours, azimuth, prior_pixels),
                               dj = agreeing_shifts(neighbours, range, prior_pixels);
@@ -160,6 +162,109 @@ void register_views(std::span<PosedImage> images, double prior_pixels, double pl
     }
     remove_common_translation(images);
   }
+}
+
+// A prediction and its truth.
+
+namespace {
+
+constexpr int kBlock_pixels = 16, kMostShift_pixels = 2, kLanczos = 4;
+
+bool is_even(int i, int j) { return (i / kBlock_pixels + j / kBlock_pixels) % 2 == 0; }
+
+/// Weights of the samples from −3 to 4 about the one before a place `part` behind it. Their sum is made 1.
+std::array<double, 2 * kLanczos> lanczos_weights(double part) {
+  const auto sinc = [](double x) { return x == 0.0 ? 1.0 : std::sin(kPi * x) / (kPi * x); };
+  std::array<double, 2 * kLanczos> weights{};
+  double sum = 0.0;
+  for (int n = 0; n < 2 * kLanczos; ++n) {
+    const double x = part - (n - kLanczos + 1);
+    weights[static_cast<std::size_t>(n)] = sinc(x) * sinc(x / kLanczos);
+    sum += weights[static_cast<std::size_t>(n)];
+  }
+  for (double& w : weights) w /= sum;
+  return weights;
+}
+
+/// image(i + di, j + dj); its border repeated.
+Image<float> shifted(const Image<float>& image, double di, double dj) {
+  const int n_i = image.n_azimuth(), n_j = image.n_range();
+  const int whole_i = static_cast<int>(std::floor(di)), whole_j = static_cast<int>(std::floor(dj));
+  const auto of_i = lanczos_weights(di - whole_i), of_j = lanczos_weights(dj - whole_j);
+  Image<float> along(n_i, n_j), both(n_i, n_j);
+  const auto tap = [](int at, int n, int count) { return std::clamp(at + n - kLanczos + 1, 0, count - 1); };
+  for (int i = 0; i < n_i; ++i)
+    for (int j = 0; j < n_j; ++j) {
+      double sum = 0.0;
+      for (int n = 0; n < 2 * kLanczos; ++n) sum += of_j[static_cast<std::size_t>(n)] * double{image(i, tap(j + whole_j, n, n_j))};
+      along(i, j) = static_cast<float>(sum);
+    }
+  for (int i = 0; i < n_i; ++i)
+    for (int j = 0; j < n_j; ++j) {
+      double sum = 0.0;
+      for (int n = 0; n < 2 * kLanczos; ++n) sum += of_i[static_cast<std::size_t>(n)] * double{along(tap(i + whole_i, n, n_i), j)};
+      both(i, j) = static_cast<float>(sum);
+    }
+  return both;
+}
+
+Image<float> amplitude_of(Image<float> power) {
+  for (float& p : power.pixels()) p = std::sqrt(std::max(p, 0.0f));
+  return power;
+}
+
+}  // namespace
+
+RegisteredScores score_registered(const Image<float>& power, const PosedImage& truth, double peak) {
+  const int n_i = power.n_azimuth(), n_j = power.n_range();
+  if (n_i != truth.power.n_azimuth() || n_j != truth.power.n_range() || !(peak > 0.0) || std::max(n_i, n_j) <= kBlock_pixels)
+    throw UsageError(truth.name + ": a registered score needs images of one size, of more than 16 pixels, and a positive peak");
+  const Image<float> wanted = amplitude_of(truth.power), given = amplitude_of(power);
+  double di = 0.0, dj = 0.0, least = std::numeric_limits<double>::infinity();
+  for (int a = -kMostShift_pixels; a <= kMostShift_pixels; ++a)
+    for (int b = -kMostShift_pixels; b <= kMostShift_pixels; ++b) {
+      double squares = 0.0;
+      for (int i = 0; i < n_i; ++i)
+        for (int j = 0; j < n_j; ++j) {
+          if (!is_even(i, j)) continue;
+          const double e = double{given(std::clamp(i + a, 0, n_i - 1), std::clamp(j + b, 0, n_j - 1))} - double{wanted(i, j)};
+          squares += e * e;
+        }
+      if (squares >= least) continue;
+      least = squares;
+      di = a;
+      dj = b;
+    }
+  constexpr int kSteps = 6;
+  for (int step = 0; step < kSteps; ++step) {
+    const Image<float> now = amplitude_of(shifted(power, di, dj));
+    double aa = 0.0, ab = 0.0, bb = 0.0, ae = 0.0, be = 0.0;
+    for (int i = 1; i + 1 < n_i; ++i)
+      for (int j = 1; j + 1 < n_j; ++j) {
+        if (!is_even(i, j)) continue;
+        const double a = 0.5 * (double{now(i + 1, j)} - double{now(i - 1, j)}), b = 0.5 * (double{now(i, j + 1)} - double{now(i, j - 1)});
+        const double e = double{now(i, j)} - double{wanted(i, j)};
+        aa += a * a, ab += a * b, bb += b * b, ae += a * e, be += b * e;
+      }
+    const double determinant = aa * bb - ab * ab;
+    if (!(determinant > 1e-12 * aa * bb)) break;
+    di = std::clamp(di - (bb * ae - ab * be) / determinant, -double(kMostShift_pixels), double(kMostShift_pixels));
+    dj = std::clamp(dj - (aa * be - ab * ae) / determinant, -double(kMostShift_pixels), double(kMostShift_pixels));
+  }
+  const Image<float> best = shifted(power, di, dj), amplitude = amplitude_of(best);
+  double of_power = 0.0, of_amplitude = 0.0, n = 0.0;
+  for (int i = 0; i < n_i; ++i)
+    for (int j = 0; j < n_j; ++j) {
+      if (is_even(i, j)) continue;
+      const double p = double{best(i, j)} - double{truth.power(i, j)}, a = double{amplitude(i, j)} - double{wanted(i, j)};
+      of_power += p * p;
+      of_amplitude += a * a;
+      n += 1.0;
+    }
+  const auto psnr = [&](double largest, double squares) {
+    return squares > 0.0 ? std::min(kMostPsnr_db, 10.0 * std::log10(largest * largest * n / squares)) : kMostPsnr_db;
+  };
+  return {psnr(peak, of_power), psnr(std::sqrt(peak), of_amplitude)};
 }
 
 }  // namespace sarnerf

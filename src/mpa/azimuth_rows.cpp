@@ -147,7 +147,7 @@ void AzimuthRows::cut(VolumeMarcher& marcher, const RayGrid& grid, std::span<con
 void AzimuthRows::cut(const RayGrid& grid, std::span<const MarchRay> rays, double longest_m) {
   const Acquisition& a = grid.acquisition();
   const BinCut how{longest_m / a.range_spacing_m, 0.0};
-  const auto bin = [&](double s_m) { return s_m / a.range_spacing_m + 0.5 * a.n_range; };
+  const auto bin = [&](double s_m) { return (s_m - a.range_shift_m) / a.range_spacing_m + 0.5 * a.n_range; };
   for (const MarchRay& ray : rays) {
     const std::size_t number = batch_.n_rays();
     begin_ray(batch_, grid, ray.row, ray.k);

@@ -76,14 +76,14 @@ constexpr std::size_t kPacketRays = 16;
 
 /// The borders of range bins, met one after the other.
 struct Cuts {
-  double spacing_m = 1.0, n_bins = 0.0;
+  double spacing_m = 1.0, n_bins = 0.0, shift_m = 0.0;
   double bin = 0.0, next_m = -std::numeric_limits<double>::infinity();
 
-  double coordinate(double s_m) const { return s_m / spacing_m + 0.5 * n_bins; }
-  double border_m(double j) const { return (j - 0.5 * n_bins) * spacing_m; }
+  double coordinate(double s_m) const { return (s_m - shift_m) / spacing_m + 0.5 * n_bins; }
+  double border_m(double j) const { return (j - 0.5 * n_bins) * spacing_m + shift_m; }
   void begin_at(double s_m) {
     // Rounding may put a near end that lies on a border to either side of it.
-    bin = std::floor(s_m / spacing_m + 0.5 * n_bins);
+    bin = std::floor(coordinate(s_m));
     next_m = border_m(bin + 1.0);
     if (next_m <= s_m) next_m = border_m(++bin + 1.0);
   }
@@ -159,6 +159,7 @@ void VolumeMarcher::begin(const RayGrid& rays, const MarchRay& which, Ray& ray) 
   const Acquisition& a = rays.acquisition();
   ray.cuts.spacing_m = a.range_spacing_m;
   ray.cuts.n_bins = double(a.n_range);
+  ray.cuts.shift_m = a.range_shift_m;
   ray.s_m = which.inside.near_m;
   // Nothing behind the last bin is seen, but what a ray emits there says how far its neighbours' power reaches.
   ray.end_m = std::min(which.inside.far_m, ray.cuts.border_m(ray.cuts.n_bins + 1.0) + kSegmentsBeyond * longest_m_);
@@ -345,7 +346,7 @@ void append_bins(SampleBatch& batch, std::vector<double>& near_bin, const RayGri
       batch.bin.push_back(bin < 0.0 ? kNoBin : static_cast<std::uint32_t>(bin));
       batch.length_m.push_back(static_cast<float>(length * spacing_m));
       near_bin.push_back(at);
-      const double offset_m = (at + 0.5 * length - 0.5 * a.n_range) * spacing_m;
+      const double offset_m = (at + 0.5 * length - 0.5 * a.n_range) * spacing_m + a.range_shift_m;
       batch.point_m.emplace_back(grid.point_from_aim_m(along_track_m, offset_m, k));
     }
   });

@@ -26,9 +26,10 @@ inline double ground_scene_texture(double x_m, double z_m) {
   return 0.1 * (1.0 + 0.3 * std::sin(0.9 * x_m) * std::cos(0.7 * z_m));
 }
 
-/// 48 × 64 pixels of 0.4 m at an incidence of 45°; the ground of view v is `gain(v)` times as bright.
-template <class Gain>
-std::vector<PosedImage> ground_scene(int n_views, Gain&& gain) {
+/// 48 × 64 pixels of 0.4 m at an incidence of 45°; the ground of view v is `gain(v)` times as bright, and its image is shifted
+/// by `shift_m(v)`, along track and in range.
+template <class Gain, class Shift>
+std::vector<PosedImage> ground_scene(int n_views, Gain&& gain, Shift&& shift_m) {
   const Box& block = ground_scene_block();
   std::vector<PosedImage> images;
   for (int v = 0; v < n_views; ++v) {
@@ -38,6 +39,9 @@ std::vector<PosedImage> ground_scene(int n_views, Gain&& gain) {
     a.n_azimuth = 48;
     a.n_range = 64;
     a.azimuth_spacing_m = a.range_spacing_m = 0.4;
+    const glm::dvec2 shift = shift_m(v);
+    a.azimuth_shift_m = shift.x;
+    a.range_shift_m = shift.y;
     const RadarFrame frame = radar_frame(a);
     const std::vector<double> offset_m = plane_offsets_m(a, 0.0);
     Image<float> power(a.n_azimuth, a.n_range);
@@ -72,13 +76,23 @@ std::vector<PosedImage> ground_scene(int n_views, Gain&& gain) {
   return images;
 }
 
-/// Images of ground_scene() under gamma speckle of `looks` independent looks.
-inline std::vector<PosedImage> speckled_scene(int n_views, double looks) {
-  auto images = ground_scene(n_views, [](int v) { return v % 2 == 0 ? 1.0 : 1.5; });
-  std::mt19937 random(7);
+template <class Gain>
+std::vector<PosedImage> ground_scene(int n_views, Gain&& gain) {
+  return ground_scene(n_views, gain, [](int) { return glm::dvec2(0.0); });
+}
+
+/// Gamma speckle of `looks` independent looks.
+inline void add_speckle(std::vector<PosedImage>& images, double looks, unsigned seed = 7) {
+  std::mt19937 random(seed);
   std::gamma_distribution<double> speckle(looks, 1.0 / looks);
   for (PosedImage& image : images)
     for (float& p : image.power.pixels()) p = static_cast<float>(double{p} * speckle(random));
+}
+
+/// Images of ground_scene() under gamma speckle of `looks` independent looks.
+inline std::vector<PosedImage> speckled_scene(int n_views, double looks) {
+  auto images = ground_scene(n_views, [](int v) { return v % 2 == 0 ? 1.0 : 1.5; });
+  add_speckle(images, looks);
   return images;
 }
 

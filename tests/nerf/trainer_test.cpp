@@ -54,7 +54,8 @@ TEST_CASE("the same seed gives the same bits, another one others") {
 
 TEST_CASE("a resumed training equals an uninterrupted one bit for bit") {
   const ThreadLimit one_thread(1);
-  const TrainingSet set = small_set(6);
+  TrainingSet set = small_set(6);
+  set.exact_poses = GENERATE(true, false);
   const TrainerOptions options = small_options(set);
   Trainer whole(set, options);
   train(whole, 0, kSteps);

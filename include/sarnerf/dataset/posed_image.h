@@ -45,6 +45,10 @@ Image<float> to_radar_axes(const Image<float>& file, const std::array<Axis, 2>& 
 /// Registration.
 namespace sarnerf {
 
+/// Standard deviation (pixels, along each axis) of where measured chips are cut, the prior of their shifts. Four MSTAR targets have
+/// 0.6 to 0.8 (docs/training.md).
+inline constexpr double kCut_pixels = 1.0;
+
 /// Takes the scene's common translation t out of the images' shifts: it moves view v by h_v · t along track and by k_v · t in range,
 /// and no set of images can say where it is as a whole. Least squares over all views; unchanged for fewer than two views.
 void remove_common_translation(std::span<PosedImage> images);

@@ -112,9 +112,6 @@ std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
 
 namespace sarnerf {
 
-/// Standard deviation (pixels, along each axis) of where measured chips are cut: a prior for their shifts.
-inline constexpr double kCut_pixels = 1.0;
-
 /// Finds each image's shift (Acquisition::azimuth_shift_m, range_shift_m) from the images alone: each is correlated with the mean
 /// of its six nearest neighbours of the same pitch, turned onto it by the level plane `plane_height_m` above the aim point. The
 /// shifts are those that agree with all correlations best, with a Gaussian prior of standard deviation `prior_pixels`, so that what

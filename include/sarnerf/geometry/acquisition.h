@@ -55,7 +55,7 @@ struct Acquisition {
   double azimuth_spacing_m = 0.0;
   double range_spacing_m = 0.0;
   /// Registration: how far beside the aim point, along track and in slant range, the image's centre lies. 0 where poses are
-  /// exact. Below, offsets are those of what the pixels show.
+  /// exact. Below, offsets are those of what the pixels show. (The engines of `render` make images without shifts.)
   double azimuth_shift_m = 0.0, range_shift_m = 0.0;
 
   /// Height of the radar above the aim point (m).

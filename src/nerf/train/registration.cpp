@@ -12,8 +12,11 @@ namespace sarnerf {
 
 namespace {
 
-/// Prior's standard deviation (pixels), and the most that one pass moves a view by: what a central difference still says.
-constexpr double kCut_pixels = 1.0, kMostStep_pixels = 0.5;
+/// The most that one pass moves a view by (pixels): what a central difference still says.
+constexpr double kMostStep_pixels = 0.5;
+
+/// Successive over-relaxation: the field has followed the shift so far, and holds it back.
+constexpr double kOverRelaxation = 1.5;
 
 /// α, ρ (pixels) and γ.
 glm::dvec3 gauss_newton_step(const Image<float>& image, const Image<float>& rendered, const PixelLoss& pixel,
@@ -44,7 +47,7 @@ glm::dvec3 gauss_newton_step(const Image<float>& image, const Image<float>& rend
   squares[1][1] += kPrior;
   squares[2][2] += 1e-9;
   products += kPrior * glm::dvec3(shift_pixels, 0.0);
-  const glm::dvec3 step = -(glm::inverse(squares) * products);
+  const glm::dvec3 step = -kOverRelaxation * (glm::inverse(squares) * products);
   const double longest = std::max({std::abs(step.x), std::abs(step.y), kMostStep_pixels});
   return step * (kMostStep_pixels / longest);
 }

@@ -156,7 +156,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.grid.initial_depth = 0.2;
     options.final_distortion = 0.05;
   }
-  if (!set.exact_poses) options.n_registrations = 6;
+  if (!set.exact_poses) options.n_registrations = 12;
   if (set.ground) learn_over_ground(options, set);
   if (set.background && !set.ground) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
