@@ -8,7 +8,8 @@ usage() {
 Usage: scripts/chips_table.sh [--every LIST] [--depression DEG] [--folder FOLDER] [--import OPTIONS] CHIPS...
 Imports each folder of chips (sar_import images CHIPS/DEPRESSION OPTIONS, or CHIPS itself where there is no such folder),
 learns from a chip every so many degrees and compares the others with their means over 3 degrees, beside the best of all
-baselines in each column and what means of other chips as near reach (Markdown). Data and runs stay in FOLDER.
+baselines in each column and what means of other chips as near reach (Markdown). A second table allows each predicted view a
+shift of up to two pixels that its truth chooses. Data and runs stay in FOLDER.
   --every LIST      degrees between training azimuths (default "5 10 15")
   --depression DEG  (default 17)
   --folder FOLDER   (default build/chips_table)
@@ -22,6 +23,7 @@ depression=17
 folder=$root/build/chips_table
 options=
 chips=
+registered=
 while [ $# -gt 0 ]; do
   case "$1" in
     --every) every=$2; shift 2 ;;
@@ -54,5 +56,14 @@ for item in $chips; do
     import --every "$step" -o "$data"
     "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$folder/$name.all" --despeckle 3 -o "$data.run" -q > /dev/null
     echo "| $name | $step | $(despeckled_row "$data.run/report.json")"
+    registered="$registered| $name | $step | $(registered_row "$data.run/report.json")
+"
   done
 done
+
+echo
+echo "Oracle-registered:"
+echo
+echo "| chips | every | $registered_head"
+echo "|---|--:|$registered_rule"
+printf '%s' "$registered"

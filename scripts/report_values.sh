@@ -32,6 +32,17 @@ training_seconds() {
 despeckled_head="amplitude (dB) | best baseline | true neighbours | power (dB) | best baseline | true neighbours | target IoU | best baseline | true neighbours | shadow IoU | best baseline | true neighbours | training (s) |"
 despeckled_rule="--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
 
+# Columns of the table after it: an oracle registers each predicted view to its truth.
+registered_head="amplitude (dB) | best baseline | true neighbours | power (dB) | best baseline | true neighbours |"
+registered_rule="--:|--:|--:|--:|--:|--:|"
+
+# registered_row REPORT: those columns.
+registered_row() {
+  for key in registered_psnr_amplitude_db registered_psnr_power_db; do
+    printf '%s | ' "$(model_and_best "$1" despeckled $key 2)"
+  done
+}
+
 # despeckled_row REPORT: those columns of sar_nerf_train's report with --despeckle.
 despeckled_row() {
   for key in psnr_amplitude_db psnr_power_db target_iou shadow_iou; do

@@ -153,6 +153,10 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   if (registers) register_views(images, kCut_pixels, 0.0, monitor);
   data.set = training_set(std::move(images), data.dataset.scene_box_m, o.heights, usable_resolution(o, data.dataset, console));
   data.set.exact_poses = !registers;
+  // The shifts were for the ground, whose height shows in views that fit onto one another. The field learns them anew from none:
+  // neighbours say little of what varies slowly with azimuth, and what is wrong there stays.
+  for (auto* list : {&data.set.images, &data.set.cleaned})
+    for (PosedImage& image : *list) image.acquisition.azimuth_shift_m = image.acquisition.range_shift_m = 0.0;
   if (!held_out.empty()) data.validation = load_images(o.dataset, data.dataset, held_out, monitor);
   if (!unseen.empty()) {
     auto more = load_images(o.against, other, unseen, monitor);

@@ -97,6 +97,19 @@ void judge(const ReportInput& in, Findings& findings, const Monitor& monitor) {
   }
 }
 
+/// The shifts of the training views, where they were learned.
+Json registration_json(const Trainer& trainer) {
+  if (trainer.options().n_registrations == 0) return {};
+  Json views = Json::array();
+  double squares = 0.0;
+  for (const PosedImage& image : trainer.set().images) {
+    const Acquisition& a = image.acquisition;
+    squares += std::pow(a.azimuth_shift_m / a.azimuth_spacing_m, 2) + std::pow(a.range_shift_m / a.range_spacing_m, 2);
+    views.push_back({{"image", image.name}, {"azimuth_m", a.azimuth_shift_m}, {"range_m", a.range_shift_m}});
+  }
+  return {{"rms_pixels", std::sqrt(0.5 * squares / static_cast<double>(views.size()))}, {"views", std::move(views)}};
+}
+
 std::string json_text(const ReportInput& in, const Findings& findings) {
   Json j;
   j["format"] = "sarnerf-training-report";
@@ -118,6 +131,7 @@ std::string json_text(const ReportInput& in, const Findings& findings) {
                   {"threads", in.options.shared.n_threads},
                   {"libraries", torch_text()}};
   j["memory_bytes"] = {{"peak", peak_memory_bytes()}};
+  j["registration"] = registration_json(in.trainer);
   j["evaluation"] = findings.evaluation ? evaluation_json(*findings.evaluation) : Json();
   if (findings.despeckled) j["despeckled"] = evaluation_json(*findings.despeckled);
   if (!findings.lpips_missing.empty()) j["lpips_missing"] = findings.lpips_missing;

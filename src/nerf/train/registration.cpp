@@ -52,15 +52,32 @@ glm::dvec3 gauss_newton_step(const Image<float>& image, const Image<float>& rend
   return step * (kMostStep_pixels / longest);
 }
 
-void divide(Image<float>& image, double gain) {
+Image<float> divided(Image<float> image, double gain) {
   for (float& p : image.pixels()) p = static_cast<float>(double{p} / gain);
+  return image;
 }
 
 }  // namespace
 
+void ViewRegistration::remember(const TrainingSet& set) {
+  if (!gain_.empty()) return;
+  gain_.assign(set.images.size(), 1.0);
+  for (const PosedImage& image : set.images) images_.push_back(image.power);
+  for (const PosedImage& image : set.cleaned) cleaned_.push_back(image.power);
+}
+
+void ViewRegistration::divide_by_gains(TrainingSet& set) const {
+  for (std::size_t v = 0; v < set.images.size(); ++v) {
+    set.images[v].power = divided(images_[v], gain_[v]);
+    if (set.cleaned.empty()) continue;
+    set.cleaned[v].power = divided(cleaned_[v], gain_[v]);
+    set.cleaned[v].acquisition = set.images[v].acquisition;
+  }
+}
+
 void ViewRegistration::pass(TrainingSet& set, const LearnedField& field, const PixelLoss& pixel, const Monitor& monitor) {
   const std::size_t n = set.images.size();
-  if (gain_.empty()) gain_.assign(n, 1.0);
+  remember(set);
   std::vector<double> log_gain(n);
   double mean = 0.0;
   for (std::size_t v = 0; v < n; ++v) {
@@ -75,14 +92,8 @@ void ViewRegistration::pass(TrainingSet& set, const LearnedField& field, const P
     mean += step.z / static_cast<double>(n);
   }
   remove_common_translation(set.images);
-  for (std::size_t v = 0; v < n; ++v) {
-    const double gain = std::exp(log_gain[v] - mean);
-    gain_[v] *= gain;
-    divide(set.images[v].power, gain);
-    if (set.cleaned.empty()) continue;
-    divide(set.cleaned[v].power, gain);
-    set.cleaned[v].acquisition = set.images[v].acquisition;
-  }
+  for (std::size_t v = 0; v < n; ++v) gain_[v] *= std::exp(log_gain[v] - mean);
+  divide_by_gains(set);
   ++n_done_;
 }
 
@@ -105,7 +116,7 @@ void ViewRegistration::restore(const Archive& archive, TrainingSet& set, const s
   if (shifts.size(0) != static_cast<std::int64_t>(set.images.size()) || shifts.size(1) != 3)
     throw CheckpointError(where + ": the views' shifts are those of other images");
   n_done_ = member<int>(text_of(archive, "registration", where), "passes", where);
-  gain_.assign(set.images.size(), 1.0);
+  remember(set);
   const auto* in = shifts.data_ptr<double>();
   for (std::size_t v = 0; v < set.images.size(); ++v, in += 3) {
     if (!std::isfinite(in[0]) || !std::isfinite(in[1]) || !(in[2] > 0.0))
@@ -113,11 +124,8 @@ void ViewRegistration::restore(const Archive& archive, TrainingSet& set, const s
     set.images[v].acquisition.azimuth_shift_m = in[0];
     set.images[v].acquisition.range_shift_m = in[1];
     gain_[v] = in[2];
-    divide(set.images[v].power, gain_[v]);
-    if (set.cleaned.empty()) continue;
-    divide(set.cleaned[v].power, gain_[v]);
-    set.cleaned[v].acquisition = set.images[v].acquisition;
   }
+  divide_by_gains(set);
 }
 
 }  // namespace sarnerf

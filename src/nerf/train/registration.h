@@ -41,8 +41,12 @@ class ViewRegistration {
   /// The rest of the training has no pass: the field settles on the shifts.
   static constexpr double kUntil = 0.6;
 
+  void remember(const TrainingSet& set);
+  void divide_by_gains(TrainingSet& set) const;
+
   int n_passes_ = 0, n_done_ = 0;
-  std::vector<double> gain_;  ///< of each view, that its image has been divided by
+  std::vector<double> gain_;  ///< of each view, that its image is divided by
+  std::vector<Image<float>> images_, cleaned_;  ///< before that, so that rounding does not depend on the number of passes
 };
 
 }  // namespace sarnerf
