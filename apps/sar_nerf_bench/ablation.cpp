@@ -41,6 +41,7 @@ struct Material {
   std::string name;
   Dataset dataset;
   std::vector<PosedImage> images, truth;
+  bool is_speckled = false;  ///< the ground that the images show: its score is log amplitude's
 };
 
 /// All that a rule can change.
@@ -183,6 +184,7 @@ Material read(const std::string& folder) {
   return m;
 }
 
+/// Of a method, from all that is known of the images.
 TrainingSet set_of(const Material& m, const Method& method) {
   return training_set(m.images, m.dataset.scene_box_m, {},
                       method.knows_response ? m.dataset.resolution : std::optional<Resolution>(), method.ground);
@@ -202,8 +204,7 @@ Cell learn(const Material& m, const Rule* rule, int seed, std::int64_t n_steps, 
   options.seed = static_cast<std::uint64_t>(seed);
   if (n_steps == 0) n_steps = default_steps(set);
   Cell cell{m.name, rule ? rule->name : kAll, seed};
-  // Images decide which score counts, and not what a method makes of them.
-  cell.is_speckled = is_speckled(m.images);
+  cell.is_speckled = m.is_speckled;
   Trainer trainer(std::move(set), options);
   for (std::int64_t n = 0; n < n_steps; ++n) {
     monitor.check();
@@ -355,7 +356,11 @@ void run_ablation(int argc, char** argv, app::Console& console) {
     int seed;
   };
   std::vector<Material> materials;
-  for (const std::string& folder : o.folders) materials.push_back(read(folder));
+  for (const std::string& folder : o.folders) {
+    Material& m = materials.emplace_back(read(folder));
+    const TrainingSet set = set_of(m, {});
+    m.is_speckled = set.ground && set.ground->speckled;
+  }
   // Seed by seed, so that a study that was interrupted has judged every rule.
   std::vector<Missing> missing;
   for (int seed = 1; seed <= o.n_seeds; ++seed)
@@ -381,8 +386,8 @@ void run_ablation(int argc, char** argv, app::Console& console) {
     out << json_of(cell).dump() << std::endl;
     if (!out) throw Error(file.string() + " could not be written; is the disk full?");
     cells.push_back(cell);
-    console.note(format("%zu/%zu %s without %s, seed %d: %.2f dB power, %.2f dB log amplitude, %.0f s", n + 1, missing.size(),
-                        cell.set.c_str(), cell.rule.c_str(), cell.seed, cell.psnr_power_db, cell.psnr_log_amplitude_db,
+    console.note(format("%zu/%zu %s, %s, seed %d: %.2f dB power, %.2f dB log amplitude, %.0f s", n + 1, missing.size(),
+                        cell.set.c_str(), (c.rule ? "without " + cell.rule : kAll).c_str(), cell.seed, cell.psnr_power_db, cell.psnr_log_amplitude_db,
                         cell.seconds));
   }
   const std::string table = table_of(cells);

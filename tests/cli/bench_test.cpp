@@ -14,7 +14,7 @@ TEST_CASE("sar_bench names the study that it does not know") {
   const Conditions here{folder.path(), 0, {}, {}, {}};
   const Outcome unknown = sar_bench({"nope"}, here), near = sar_bench({"sped"}, here), none = sar_bench({}, here);
   CHECK(unknown.code == 2);
-  CHECK(has(unknown.err, "expected a study (speed, accuracy, voxel, extraction, learning, scenes), found 'nope'"));
+  CHECK(has(unknown.err, "expected a study (speed, accuracy, voxel, extraction, learning, scenes, ablation), found 'nope'"));
   CHECK(has(near.err, "(speed?)"));
   CHECK(none.code == 2);
   const Outcome option = sar_bench({"speed", "--round", "5"}, here);
