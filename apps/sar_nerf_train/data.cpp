@@ -153,6 +153,8 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   if (registers) register_views(images, kCut_pixels, 0.0, monitor);
   data.set = training_set(std::move(images), data.dataset.scene_box_m, o.heights, usable_resolution(o, data.dataset, console));
   data.set.exact_poses = !registers;
+  if (registers)
+    for (const PosedImage& image : data.set.images) data.registered.push_back(image.acquisition);
   // The shifts were for the ground, whose height shows in views that fit onto one another. The field learns them anew from none:
   // neighbours say little of what varies slowly with azimuth, and what is wrong there stays.
   for (auto* list : {&data.set.images, &data.set.cleaned})

@@ -57,10 +57,17 @@ Image<float> amplitudes(Image<float> power) {
   return power;
 }
 
+/// What baselines are made of: the images that the field learned from, registered to one another and not by the field.
+std::vector<PosedImage> baseline_images(const ReportInput& in) {
+  std::vector<PosedImage> images = in.trainer.set().images;
+  for (std::size_t v = 0; v < in.data.registered.size(); ++v) images[v].acquisition = in.data.registered[v];
+  return images;
+}
+
 /// A single view, its despeckled truth, the prediction, the baseline that comes closest, and the prediction's difference:
 /// of amplitudes, full colour at an eighth of the largest one, since differences of power would show single glints.
 void write_despeckled_pictures(const ReportInput& in, const Findings& findings,
-                               std::span<const Baseline> baselines) {
+                               std::span<const PosedImage> training, std::span<const Baseline> baselines) {
   const MethodScores* const best = findings.despeckled->best_baseline();
   if (best == nullptr) return;
   const auto baseline = std::find_if(baselines.begin(), baselines.end(),
@@ -70,7 +77,7 @@ void write_despeckled_pictures(const ReportInput& in, const Findings& findings,
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t t = k * truth.views.size() / n, v = truth.which[t];
     const Image<float>&mean = truth.views[t].power, &prediction = findings.predictions[v];
-    const Image<float> other = baseline_view(in.trainer.set().images, truth.views[t].acquisition, *baseline);
+    const Image<float> other = baseline_view(training, truth.views[t].acquisition, *baseline);
     write_picture(in, "despeckled", v, {&in.data.validation[v].power, &mean, &prediction, &other}, amplitudes(mean),
                   amplitudes(prediction), 0.5f * std::sqrt(in.trainer.set().peak));
   }
@@ -85,7 +92,7 @@ void judge(const ReportInput& in, Findings& findings, const Monitor& monitor) {
     settings.lpips = in.lpips;
     use_torch_threads(in.options.shared.n_threads);
   }
-  const auto& training = in.trainer.set().images;
+  const std::vector<PosedImage> training = baseline_images(in);
   settings.baselines = default_baselines(training, monitor);
   findings.evaluation =
       evaluate(in.data.validation, findings.predictions, training, settings, monitor);
@@ -93,7 +100,7 @@ void judge(const ReportInput& in, Findings& findings, const Monitor& monitor) {
     settings.oracle_registered = in.trainer.options().n_registrations > 0;
     findings.despeckled = evaluate_despeckled(*in.data.despeckled, findings.predictions, training,
                                               settings, monitor);
-    write_despeckled_pictures(in, findings, *settings.baselines);
+    write_despeckled_pictures(in, findings, training, *settings.baselines);
   }
 }
 

@@ -100,6 +100,8 @@ struct Data {
   std::optional<DespeckledTruth> despeckled;  ///< of the validation views, where asked for
   std::size_t n_held_out = 0;  ///< of them, views of the dataset itself, first
   TrainingSet set;             ///< moved out by whoever trains
+  /// Of the training images as they are registered to one another, which baselines average; none where poses are exact.
+  std::vector<Acquisition> registered;
 };
 
 /// Reads the dataset's manifest and images, and those of --against. Tells the console what was left out or is odd. Throws
