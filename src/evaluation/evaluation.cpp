@@ -18,6 +18,14 @@
 
 namespace sarnerf {
 
+Image<float> amplitude_of(const Image<float>& power) {
+  Image<float> root(power.n_azimuth(), power.n_range());
+  for (std::size_t n = 0; n < root.pixels().size(); ++n) {
+    root.pixels()[n] = std::sqrt(std::max(0.0f, power.pixels()[n]));
+  }
+  return root;
+}
+
 namespace {
 
 /// Mean of what `value` finds in those that have it; none where none has.
@@ -36,14 +44,6 @@ std::optional<double> mean_of_present(std::span<const T> all, Value&& value) {
 }
 
 double capped(double psnr_db) { return std::min(psnr_db, kMostPsnr_db); }
-
-Image<float> amplitude(const Image<float>& power) {
-  Image<float> root(power.n_azimuth(), power.n_range());
-  for (std::size_t n = 0; n < root.pixels().size(); ++n) {
-    root.pixels()[n] = std::sqrt(std::max(0.0f, power.pixels()[n]));
-  }
-  return root;
-}
 
 Scores mean_of(std::span<const Scores> views) {
   const auto mean = [&](auto member) {
@@ -182,7 +182,7 @@ Scores score_view(const Image<float>& power, const PosedImage& truth, double pea
   Scores scores;
   scores.psnr_power_db = capped(psnr_db(power, truth.power, peak));
   scores.psnr_amplitude_db =
-      capped(psnr_db(amplitude(power), amplitude(truth.power), std::sqrt(peak)));
+      capped(psnr_db(amplitude_of(power), amplitude_of(truth.power), std::sqrt(peak)));
   const auto over_target =
       masked_psnr_db(power, truth.power, peak, target_mask(truth.power, target));
   if (over_target) scores.psnr_target_power_db = capped(*over_target);

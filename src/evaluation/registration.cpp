@@ -28,11 +28,7 @@ constexpr double kBlur_pixels = 1.0;
 /// Of a correlation's maximum (pixels), beside the prior's standard deviation.
 constexpr double kNoise_pixels = 0.2;
 
-Image<float> blurred_amplitude(const Image<float>& power) {
-  Image<float> amplitude = power;
-  for (float& p : amplitude.pixels()) p = std::sqrt(std::max(p, 0.0f));
-  return gaussian_blur(amplitude, kBlur_pixels);
-}
+Image<float> blurred_amplitude(const Image<float>& power) { return gaussian_blur(amplitude_of(power), kBlur_pixels); }
 
 /// Correlation coefficient of image(i, j) with reference(i + di, j + dj) where both are.
 double correlation(const Image<float>& image, const Image<float>& reference, int di, int dj) {
@@ -206,11 +202,6 @@ Image<float> shifted(const Image<float>& image, double di, double dj) {
       both(i, j) = static_cast<float>(sum);
     }
   return both;
-}
-
-Image<float> amplitude_of(Image<float> power) {
-  for (float& p : power.pixels()) p = std::sqrt(std::max(p, 0.0f));
-  return power;
 }
 
 }  // namespace

@@ -78,6 +78,9 @@ class WarpedView {
   glm::dvec3 along_track_{0.0}, away_{0.0};
 };
 
+/// √P, and 0 for powers below zero.
+Image<float> amplitude_of(const Image<float>& power);
+
 /// What is averaged, and comes out.
 enum class Average { power, amplitude };
 
