@@ -6,7 +6,7 @@ set -eu
 usage() {
   cat <<USAGE
 Usage: scripts/ablation.sh [--folder FOLDER] [--spot FILE] [--data] [OPTIONS of sar_bench ablation...]
-Renders the scenes of sar_bench scenes --seed 101:110, and spot where its mesh is given, each in one configuration, and leaves
+Renders the scenes of sar_bench scenes --seed 101:110 and 121:126, and spot where its mesh is given, each in one configuration, and leaves
 out each rule and prior of learning alone (sar_bench ablation). What is there is not made again. FOLDER/result has the cells
 (cells.jsonl) and the table (ablation.md).
   --folder FOLDER  (default build/ablation)
@@ -31,6 +31,7 @@ done
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder/data"
 "$programs/sar_bench/sar_bench" scenes --seed 101:110 "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 121:126 "$folder/scenes" -q > /dev/null
 
 # Azimuths of 12 and 36 training views, and those that judge.
 few=0:330:30 many=0:350:10 unseen=7.3:337.3:30
@@ -64,6 +65,13 @@ response="--resolution 0.4 --window taylor:-35"
   data 108 "$(scene 108)" $few 50,60,70 1 $meadow $response
   data 109 "$(scene 109)" $few 45 inf $meadow
   data 110 "$(scene 110)" $many 60 1 $meadow $response
+  # Five scenes at least for each rule: few views without a ground, the response, several looks.
+  data 121 "$(scene 121)" $few 45 inf $dark
+  data 122 "$(scene 122)" $few 45 inf $dark --resolution 0.45 --window taylor:-35
+  data 123 "$(scene 123)" $few 40,50 inf $dark
+  data 124 "$(scene 124)" $few 60 4 $meadow $response
+  data 125 "$(scene 125)" $many 60 4 $meadow
+  data 126 "$(scene 126)" $many 60 4 $meadow $response
 }
 if [ -n "$only_data" ]; then exit 0; fi
 # shellcheck disable=SC2086

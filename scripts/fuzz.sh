@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Builds the preset `fuzz` and gives hostile bytes to every reader (docs/robustness.md).
+# Builds the preset `fuzz` and gives hostile bytes to every reader (docs/results/robustness.md).
 set -eu
 
 usage() {

@@ -114,7 +114,7 @@ ImageDistance load_lpips(const std::filesystem::path& weights) {
 }
 
 std::string lpips_missing(const std::filesystem::path& weights, std::span<const PosedImage> views) {
-  if (weights.empty()) return "no weights were given (--lpips FILE, docs/lpips.md)";
+  if (weights.empty()) return "no weights were given (--lpips FILE, docs/guide/lpips.md)";
   const bool small = std::any_of(views.begin(), views.end(), [](const PosedImage& view) {
     return std::min(view.power.n_azimuth(), view.power.n_range()) < Lpips::kSmallestSide_pixels;
   });

@@ -111,7 +111,7 @@ double apart_deg(double a_deg, double b_deg);
 /// A warning where neighbours of a set were taken from the same azimuth; else empty.
 std::string duplicates_text(const std::vector<Source>& chosen);
 
-/// Writes the chosen images into a dataset folder of sar_render's form (docs/outputs.md): float32 TIFF, pictures,
+/// Writes the chosen images into a dataset folder of sar_render's form (docs/guide/outputs.md): float32 TIFF, pictures,
 /// manifest, recipe, checksums, report. Goes on where an earlier run of the same recipe stopped; the same bytes whatever
 /// the threads and interruptions. Returns the manifest's path and a summary. Throws UsageError when other output is in
 /// the way, Interrupted after writing a manifest of the finished views.

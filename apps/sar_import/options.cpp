@@ -36,7 +36,7 @@ constexpr const char* kHelp =
 
 constexpr const char* kExitCodes =
     "Azimuths are TargetAz: at 0 the radar stands over +Z, and towards +X as it grows "
-    "(docs/conventions.md).\n"
+    "(docs/method/conventions.md).\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 130 interrupted.";
 
 constexpr std::array kCommands{Command::mstar, Command::sample, Command::images, Command::phoenix};

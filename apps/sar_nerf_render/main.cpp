@@ -83,7 +83,7 @@ Json request_of(const Job& job, const std::filesystem::path& file) {
 }
 
 /// Angle (rad) between lines of sight from which a new view is far from a training view, where these are not farther from one
-/// another: 5 deg beyond the trained pitches cost 10 dB already (docs/training.md, Pitch).
+/// another: 5 deg beyond the trained pitches cost 10 dB already (docs/results/learning.md, Pitch).
 constexpr double kFar_rad = 10.0 * std::numbers::pi / 180.0;
 
 /// From a line of sight to the nearest of others (rad), the one at `but` left out.

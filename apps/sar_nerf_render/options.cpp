@@ -80,9 +80,9 @@ void add_options(CommandLine& command, Options& o) {
               "Predict this dataset's views and print their scores; those trained on are left out");
   command.add("--training", o.training, made_by("FOLDER", dataset_folder),
               "Dataset of the training, for the baselines; default: where the model says");
-  command.add("--lpips", o.lpips, path("FILE"), "Weights of LPIPS (.safetensors, docs/lpips.md)");
+  command.add("--lpips", o.lpips, path("FILE"), "Weights of LPIPS (.safetensors, docs/guide/lpips.md)");
   command.add("--despeckle", o.despeckle_deg, despeckle_degrees(),
-              "Compare with averages of unseen views within so many degrees of azimuth, too (docs/metrics.md)");
+              "Compare with averages of unseen views within so many degrees of azimuth, too (docs/guide/metrics.md)");
   command.then([&] {
     if (o.against.empty()) refuse_comparison_alone(o);
   });

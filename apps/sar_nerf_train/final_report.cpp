@@ -372,7 +372,7 @@ std::vector<std::pair<std::string, std::string>> left_out(const Options& o, cons
   }
   if (o.patience > 0.0 && data.validation.empty())
     list.emplace_back("early end", "no view is held out to tell when (--holdout, --against)");
-  if (o.lpips.empty()) list.emplace_back("LPIPS", "no weights given (--lpips FILE, docs/lpips.md)");
+  if (o.lpips.empty()) list.emplace_back("LPIPS", "no weights given (--lpips FILE, docs/guide/lpips.md)");
   list.emplace_back("rows that see no matter",
                     "neither rendered nor learned from: they change nothing");
   list.emplace_back(

@@ -108,7 +108,7 @@ void add_options(CommandLine& command, Options& o) {
   command.read_later({"--steps"});
   command.add("--seed", o.seed, whole("N", 0, std::numeric_limits<std::int64_t>::max()), "Of all that is random");
   command.add_list("--option", o.training, text("NAME=VALUE"),
-                   "A training option, for experts; may be repeated (docs/training.md)", {.separator = ','});
+                   "A training option, for experts; may be repeated (docs/guide/training.md)", {.separator = ','});
 
   command.begin_group("Validation");
   command.add("--holdout", o.holdout, made_by("N|PART|auto", parse_holdout, "auto"),
@@ -119,9 +119,9 @@ void add_options(CommandLine& command, Options& o) {
   command.add("--patience", o.patience, part("PART", 0.1, 1.0).or_word("off", 0.0),
               "End early and keep the best model when held-out views have come no closer for this part of "
               "the training (0.2, 20%)");
-  command.add("--lpips", o.lpips, path("FILE"), "Weights of LPIPS (.safetensors, docs/lpips.md)");
+  command.add("--lpips", o.lpips, path("FILE"), "Weights of LPIPS (.safetensors, docs/guide/lpips.md)");
   command.add("--despeckle", o.despeckle_deg, despeckle_degrees(),
-              "Compare with averages of unseen views within so many degrees of azimuth, too (docs/metrics.md)");
+              "Compare with averages of unseen views within so many degrees of azimuth, too (docs/guide/metrics.md)");
   command.read_later({"--seed"});
 
   command.begin_group("Output", /*in_files=*/false);
@@ -284,7 +284,7 @@ TrainerOptions training_options(const Options& o, const TrainingSet& set) {
       const std::string closest = closest_name(name, names);
       throw UsageError("--option: there is no training option " + in_quotes(name) +
                        (closest.empty() ? "" : " (" + closest + "?)") +
-                       "; docs/training.md lists them");
+                       "; docs/guide/training.md lists them");
     }
     json[name] = value_of(name, text.substr(equals + 1), json[name]);
   }

@@ -83,7 +83,7 @@ std::uint64_t memory_beside_maps(std::span<const Acquisition> views, const Box& 
 /// Names of the grids that volume_grids() makes.
 std::vector<std::string> grid_names(const FieldChannels& channels);
 
-/// The volume as grids of docs/volumes.md, an active voxel for each with extinction or brightness. `in_world`: the
+/// The volume as grids of docs/guide/volumes.md, an active voxel for each with extinction or brightness. `in_world`: the
 /// transform of all of them, the occupancy's too, which is given it here. `as_half`: brightness is written with 11 bits, in
 /// half the time; for volumes that were interpolated anyhow.
 VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world,

@@ -98,7 +98,7 @@ struct Response {
 };
 
 /// A segment of length ℓ and optical depth x behind the optical depth τ. `kBrightness`: the source is γ
-/// instead of P, x takes the place of ℓ (docs/equations.md, E1). Whatever is not asked for, the
+/// instead of P, x takes the place of ℓ (docs/method/equations.md, E1). Whatever is not asked for, the
 /// compiler drops.
 ///
 /// Differences of transmittances are taken where they do not cancel, polynomials where they would; the

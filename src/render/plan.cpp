@@ -42,7 +42,7 @@ constexpr Density kVoxelDensity{1.0, 2, 2, 1000e-9};
 constexpr double kFinestInBins = 0.125;
 
 /// Pixels that a scene reaches from its centre at most. Its coordinates there are single precision's, 2⁻²⁴ of
-/// them: 0.02 of a pixel at this limit. (docs/extreme.md has the errors.)
+/// them: 0.02 of a pixel at this limit. (docs/results/extreme.md has the errors.)
 constexpr double kFarthestInPixels = 262'144.0;
 
 /// Rays that a worker traces at once, unless one slice has more.

@@ -89,7 +89,7 @@ CATCH_REGISTER_LISTENER(TableWriter)
 
 }  // namespace
 
-TEST_CASE("docs/extreme.md has a line for every row", "[core]") {
+TEST_CASE("docs/results/extreme.md has a line for every row", "[core]") {
   std::ifstream file(SARNERF_EXTREME_PAGE);
   REQUIRE(file);
   std::vector<std::string> lines;

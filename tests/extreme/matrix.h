@@ -3,7 +3,7 @@
 
 namespace sarnerf::test {
 
-/// Rows of the table in docs/extreme.md; their texts are in matrix.cpp.
+/// Rows of the table in docs/results/extreme.md; their texts are in matrix.cpp.
 enum class Case {
   // Sampling core.
   mixed_depths,

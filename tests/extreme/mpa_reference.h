@@ -6,7 +6,7 @@
 #include "../mpa/random_batch.h"
 #include "quad.h"
 
-/// Equation E1 of docs/equations.md in quadruple precision, written a second time: no code is shared with the
+/// Equation E1 of docs/method/equations.md in quadruple precision, written a second time: no code is shared with the
 /// library's oracle, which it judges as well.
 namespace sarnerf::test {
 

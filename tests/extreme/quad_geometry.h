@@ -9,7 +9,7 @@
 #include "sarnerf/core/units.h"
 #include "sarnerf/geometry/ray_grid.h"
 
-/// Geometry of docs/conventions.md by its definition, without any care for rounding: the precision is enough.
+/// Geometry of docs/method/conventions.md by its definition, without any care for rounding: the precision is enough.
 namespace sarnerf::test {
 
 struct QuadVector {

@@ -1,9 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Every "printed eq. N" of sources and documents is a row of docs/equations.md, and every row of that document's tables
+# Every "printed eq. N" of sources and documents is a row of docs/method/equations.md, and every row of that document's tables
 # names files that exist.
 set -eu
-table=docs/equations.md
+table=docs/method/equations.md
 bad=0
 
 rows=$(sed -n 's/^| *\([0-9][0-9]*\) *|.*/\1/p' "$table")

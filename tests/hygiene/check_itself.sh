@@ -10,17 +10,19 @@ clean_tree() {
   rm -rf "$scratch"
   mkdir -p "$scratch"
   cd "$scratch"
-  mkdir -p include/sarnerf/core include/sarnerf/bake src/core src/geometry src/nerf/field src/nerf/train apps/sar_bench tests scripts cmake .ci data docs
+  mkdir -p include/sarnerf/core include/sarnerf/bake src/core src/geometry src/nerf/field src/nerf/train apps/sar_bench tests scripts cmake .ci data docs/method
   licence='// SPDX-License-Identifier: Apache-2.0'
   printf '%s\n#include <vector>\n#include <glm/glm.hpp>\n' "$licence" > include/sarnerf/core/a.h
   printf '%s\n// printed eq. 2\n' "$licence" > src/core/a.cpp
   printf '%s\n#include "sarnerf/core/a.h"\n' "$licence" > src/geometry/b.cpp
   printf '%s\n#include "field/c.h"\n' "$licence" > src/nerf/train/d.cpp
   echo "$licence" > src/nerf/field/c.h
-  printf '| printed | where |\n|---|---|\n| 2 | `core/a.h`, `src/core/a.cpp` |\n' > docs/equations.md
+  printf '| printed | where |\n|---|---|\n| 2 | `core/a.h`, `src/core/a.cpp` |\n' > docs/method/equations.md
   printf '#!/bin/sh\n# SPDX-License-Identifier: Apache-2.0\n# Reads a.h, then core/a.cpp.\n' > scripts/read.sh
   printf '%s\n// sar_bench speed\nf("speed"); add_subcommand("speed");\n' "$licence" > apps/sar_bench/main.cpp
-  touch CMakeLists.txt CMakePresets.json README.md
+  touch CMakeLists.txt CMakePresets.json
+  echo 'See [equations](docs/method/equations.md).' > README.md
+  printf '# The page\n\n## One heading, two\n\n[up](../README.md)\n' > docs/page.md
 }
 
 # offence CHECK FILE TEXT: appended to FILE, TEXT must make CHECK fail and name FILE.
@@ -37,16 +39,21 @@ offence() {
 }
 
 clean_tree
-for check in equations files includes names; do
+for check in docs equations files includes names; do
   sh "$checks/check_$check.sh" || { echo "check_$check.sh refused a clean tree"; bad=1; }
 done
 
+offence docs README.md '[a page](docs/none.md)'
+offence docs README.md '[a heading](docs/page.md#two-headings)'
+offence docs README.md "$(seq -s ' ' 50)"
+offence docs README.md "$(seq -s '\n' 201)"
+offence docs docs/page.md '[down](method/none.md#here)'
 offence equations src/core/a.cpp '// printed eqs. 2, 99'
 offence equations src/core/a.cpp '/// printed eqs. 2 and 35'
 offence equations src/core/a.cpp '/// (printed 2–98)'
-offence equations docs/equations.md '| 3 | learning half |'
-offence equations docs/equations.md '| 3 | `core/a.h`, `core/none.h` |'
-offence equations docs/equations.md '\n| 3 | form |\n|---|---|\n| 4 | `core/a.h` |'
+offence equations docs/method/equations.md '| 3 | learning half |'
+offence equations docs/method/equations.md '| 3 | `core/a.h`, `core/none.h` |'
+offence equations docs/method/equations.md '\n| 3 | form |\n|---|---|\n| 4 | `core/a.h` |'
 offence includes include/sarnerf/bake/c.h '#include "sarnerf/nerf/model_file.h"'
 offence includes src/core/a.cpp '#include "sarnerf/geometry/b.h"'
 offence includes src/geometry/b.cpp '#include <sarnerf/render/b.h>'
@@ -56,7 +63,7 @@ offence includes include/sarnerf/core/a.h '# include <stdio.h>'
 offence names src/core/a.cpp '/// As src/core/none.cpp has it.'
 offence names src/core/a.cpp '/// Measured with sar_bench memory.'
 offence names scripts/read.sh '# See core/b.h'
-offence names docs/equations.md 'The loop is in `none.cpp`.'
+offence names docs/method/equations.md 'The loop is in `none.cpp`.'
 offence files src/core/new.cpp '// no licence'
 offence files src/core/a.cpp "$(seq -s '\n' 701)"
 # Put together here, or this line would be an offence itself.

@@ -16,7 +16,7 @@ studies=$(cat apps/sar_bench/*.cpp | tr -d '\n' |
 {
   grep -rnoE '//.*' include src apps tests --include='*.h' --include='*.cpp' || true
   grep -rnoE '^ *#[^!i].*' scripts tests --include='*.sh' --include='CMakeLists.txt' || true
-  grep -nE '.' /dev/null ./*.md docs/*.md || true
+  grep -nE '.' /dev/null ./*.md $(find docs -name '*.md') || true
 } | awk -v present="$present" -v theirs="$theirs" -v studies="$studies" '
   BEGIN {
     n = split(present, files, "\n")

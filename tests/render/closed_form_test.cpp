@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes whose images are known on paper (docs/equations.md, closed forms).
+// Scenes whose images are known on paper (docs/method/equations.md, closed forms).
 #include <string>
 
 #include "catch.h"
@@ -34,7 +34,7 @@ std::pair<double, double> occupied_m(const Image<float>& image, const Acquisitio
 }
 
 /// Range offset of a point at a height and a ground distance beyond the aim point, for a radar infinitely
-/// far away: docs/equations.md, E6. At 1 km wave fronts are curved by some decimetres over 20 m.
+/// far away: docs/method/equations.md, E6. At 1 km wave fronts are curved by some decimetres over 20 m.
 struct PlaneWave {
   explicit PlaneWave(const Acquisition& view)
       : theta(view.incidence_rad),

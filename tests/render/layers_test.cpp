@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers and masks of buildings against their closed forms (docs/layers.md).
+// Layers and masks of buildings against their closed forms (docs/guide/layers.md).
 #include <algorithm>
 #include <functional>
 #include <string>

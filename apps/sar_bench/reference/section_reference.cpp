@@ -123,7 +123,7 @@ struct FaceLook {
   double cosine(double tangent) const {
     return -(normal.z + tangent * normal.y) / std::sqrt(1.0 + tangent * tangent);
   }
-  /// γ without texture (docs/equations.md, E3).
+  /// γ without texture (docs/method/equations.md, E3).
   double brightness(double tangent) const;
 };
 

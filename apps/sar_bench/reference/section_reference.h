@@ -17,7 +17,7 @@ namespace sarnerf {
 ///
 ///     β⁰_ij = (r_j / Δr) · mean over slices of ∫ γ dδ over the angles whose range lies in bin j
 ///
-/// (printed eq. 24 in the limit of infinitely many elevation rays; docs/equations.md, E1 for media, E3 for γ.)
+/// (printed eq. 24 in the limit of infinitely many elevation rays; docs/method/equations.md, E1 for media, E3 for γ.)
 /// The number of slices is the only sampling that opaque matter knows: elevation is exact to a millionth of a bin's
 /// power, and what outlines and textures lose between slices falls as 1/n or faster (compare n with 2n). An engine
 /// with as many slices has them in the same places. Translucent solids are integrated ray by ray, 32 rays to a pixel

@@ -10,7 +10,7 @@
 namespace sarnerf {
 
 /// The homogeneous translucent solids of a scene in one slice. Ray by ray they are integrated in closed form
-/// (docs/equations.md, E1, exact); rays are so close that faces hardly move between them. Scratch of one worker.
+/// (docs/method/equations.md, E1, exact); rays are so close that faces hardly move between them. Scratch of one worker.
 class SliceMedia {
  public:
   SliceMedia(const Scene& scene, const SliceFrame& frame, const Acquisition& view);

@@ -63,7 +63,7 @@ struct Extraction {
   double bottom_m = 0.0;                ///< world height at which the body ends
   bool bottom_was_given = false;
   double agreeing_share = 0.0;          ///< of the views that hold a place: so many had to see it empty; 0 for a shell
-  double harmonics_residual = 0.0;      ///< of the field `mlp`: see docs/extraction.md
+  double harmonics_residual = 0.0;      ///< of the field `mlp`: see docs/method/extraction.md
   double part_outside = 0.0;            ///< of the learned matter's box, by volume, that the extent cuts off
   struct Seconds {
     double field = 0.0, body = 0.0, mesh = 0.0;
@@ -73,7 +73,7 @@ struct Extraction {
 /// Takes a learned field out of its model: extinction and brightness as they were learned, the body that its training
 /// views see, and its surface. Throws UsageError for a field without matter, an extent that misses it or has voxels larger
 /// than half of it, a ground above it or farther below it than it is high, a threshold that leaves nothing, or more memory
-/// than allowed; Interrupted. Cost: docs/extraction.md.
+/// than allowed; Interrupted. Cost: docs/method/extraction.md.
 Extraction extract(const Model& model, const ExtractOptions& options);
 
 /// The threshold between fog and matter by Otsu's method (1979) on the logarithm of extinctions above 0: that which

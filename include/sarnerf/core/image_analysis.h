@@ -55,7 +55,7 @@ double mean_distance_m(const std::vector<LocalMaximum>& reference,
                        const std::vector<LocalMaximum>& others, const MaximaRule& rule = {});
 
 /// Where target and shadow of an image with a background are. The thresholds were set by looking at masks of one
-/// vehicle (docs/metrics.md), and are fixed: no image chooses its own.
+/// vehicle (docs/guide/metrics.md), and are fixed: no image chooses its own.
 struct RegionRule {
   double blur_pixels = 1.5;  ///< σ of gaussian_blur(), so that speckle does not decide pixel by pixel
   double target_db = 7.0;    ///< the target is that much above the background

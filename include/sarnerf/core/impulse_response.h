@@ -22,7 +22,7 @@ namespace sarnerf {
 /// | taylor  | 1 + 2 Σ_{m<n̄} F_m cos 2πmu                    | sidelobe_db (below zero), nbar      |
 /// | kaiser  | I₀(β √(1 − 4u²)) / I₀(β)                      | beta                                |
 ///
-/// F_m are those of T. T. Taylor (1955) for n̄ nearly equal sidelobes (F2 in docs/image_formation.md).
+/// F_m are those of T. T. Taylor (1955) for n̄ nearly equal sidelobes (F2 in docs/guide/image_formation.md).
 struct Window {
   enum class Kind { none, hann, hamming, taylor, kaiser };
   Kind kind = Kind::none;
@@ -98,7 +98,7 @@ struct Resolution {
 
 /// Samples h at multiples of `spacing_m`, h the transform of the window on a band B = b / ρ, with ρ =
 /// `resolution_m` the −3 dB width of |h|² and b the window's broadening (F1, F3 in
-/// docs/image_formation.md).
+/// docs/guide/image_formation.md).
 ///
 /// Taps reach as far as all but 1e-10 of the energy, at most 128 / B (which leaves 8e-4 of the energy out
 /// without a window, 5e-5 with Taylor's). Throws UsageError when B exceeds
@@ -129,7 +129,7 @@ Image<T> without_border(Image<T> image, const Border& border) {
   return inside;
 }
 
-/// Σ |h_n|² of the mean power around each pixel, in place (F4 in docs/image_formation.md). Nothing comes in from beyond the
+/// Σ |h_n|² of the mean power around each pixel, in place (F4 in docs/guide/image_formation.md). Nothing comes in from beyond the
 /// borders, and what leaks out is lost. Being symmetric, it is its own adjoint.
 ///
 /// The same bits for any number of threads and instruction set. Cost: O(pixels × taps); rows and pixels of no power are

@@ -22,7 +22,7 @@ namespace sarnerf {
 bool begins_as_phoenix(std::string_view text);
 inline constexpr std::size_t kPhoenixHeadBytes = 24;
 
-/// A chip as its file has it. Row 0 lies at far range and the radar below the last row; docs/conventions.md draws how
+/// A chip as its file has it. Row 0 lies at far range and the radar below the last row; docs/method/conventions.md draws how
 /// that is read, and chip_of() does it.
 struct PhoenixChip {
   double target_azimuth_deg = 0.0;                                        ///< TargetAz
@@ -68,7 +68,7 @@ struct Chip {
 /// An azimuth of any number of turns brought to [0°, 360°).
 double within_circle_deg(double azimuth_deg);
 
-/// The unmirrored reading of a chip (drawn in docs/conventions.md):
+/// The unmirrored reading of a chip (drawn in docs/method/conventions.md):
 ///
 ///     j = n_rows − 1 − row    i = n_columns − 1 − column    φ = TargetAz
 ///

@@ -46,7 +46,7 @@ Image<float> to_radar_axes(const Image<float>& file, const std::array<Axis, 2>& 
 namespace sarnerf {
 
 /// Standard deviation (pixels, along each axis) of where measured chips are cut, the prior of their shifts. Four MSTAR targets have
-/// 0.6 to 0.8 (docs/training.md).
+/// 0.6 to 0.8 (docs/method/learning.md).
 inline constexpr double kCut_pixels = 1.0;
 
 /// Takes the scene's common translation t out of the images' shifts: it moves view v by h_v · t along track and by k_v · t in range,

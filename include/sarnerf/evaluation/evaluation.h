@@ -15,7 +15,7 @@
 #include "sarnerf/evaluation/baseline.h"
 
 /// What can be said of an image with a background beyond PSNR, which bright scatterers decide and speckle saturates
-/// (docs/metrics.md).
+/// (docs/guide/metrics.md).
 namespace sarnerf {
 
 struct BackgroundRule {

@@ -43,7 +43,7 @@ enum class Look { right, left };
 ///
 /// World frame: right-handed, metres, Y up. At azimuth 0 the radar stands over +Z of the aim point;
 /// azimuth grows towards +X, counter-clockwise seen from above. Rows i run along track, columns j
-/// along slant range, both centred on the aim point (docs/conventions.md has a drawing).
+/// along slant range, both centred on the aim point (docs/method/conventions.md has a drawing).
 struct Acquisition {
   double azimuth_rad = 0.0;
   double incidence_rad = std::numbers::pi / 4;  ///< at the aim point, from the vertical; the paper's pitch

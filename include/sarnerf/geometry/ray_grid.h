@@ -32,7 +32,7 @@ std::optional<std::pair<double, double>> ground_angular_extent(const Acquisition
 /// The fan of n_elevation rays over [first, last] (rad).
 Fan make_fan(std::pair<double, double> extent_rad, int n_elevation);
 
-/// Rays of one acquisition in origin-centred form (docs/equations.md, E4):
+/// Rays of one acquisition in origin-centred form (docs/method/equations.md, E4):
 ///
 ///     point(i, t, k) = aim + a_i h + s d_k + e_k,   s = t − r,   e_k = r (d_k − k)
 ///

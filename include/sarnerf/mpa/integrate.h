@@ -81,7 +81,7 @@ struct FieldGradients {
   std::span<T> source;
 };
 
-/// Emission–absorption along rays (printed eqs. 6, 24; docs/equations.md):
+/// Emission–absorption along rays (printed eqs. 6, 24; docs/method/equations.md):
 ///
 ///     pixel(row, j) += Σ_k Σ_{s in bin j} c_s,   c_s as in Integrator
 ///

@@ -61,7 +61,7 @@ struct LayoverShadowWindow {
 LayoverShadowWindow layover_shadow_window(const Acquisition& acquisition, const Box& object_m, double ground_height_m);
 
 /// The numbers of estimate_ground(), and where each comes from. "Chosen" means by hand, on the scenes that
-/// docs/training.md names as development scenes; "limit" means that no result depends on it but cost.
+/// docs/results/ablation.md names as development scenes; "limit" means that no result depends on it but cost.
 struct GroundRule {
   /// Fewer views cannot separate the ground from an object that covers other pixels of each. Chosen.
   std::size_t least_views = 6;

@@ -41,7 +41,7 @@ Archive read_archive(const std::filesystem::path& path);
 /// What a field makes of azimuth rows, differentiable by its parameters.
 struct RenderedRows {
   torch::Tensor pixels;      ///< β⁰ of the rows one behind the other, [Σ n_range] float32
-  torch::Tensor distortion;  ///< D of their rays (docs/equations.md, E8), a double [1]; undefined unless asked for
+  torch::Tensor distortion;  ///< D of their rays (docs/method/equations.md, E8), a double [1]; undefined unless asked for
 };
 
 /// A scene that is learned from images: extinction and directional brightness in space. Its frame is world axes

@@ -49,7 +49,7 @@ class RowRenderer {
   /// β⁰ of the rows one behind the other: Σ n_range pixels. Throws UsageError where lengths do not fit.
   void forward(std::span<const RowRequest> rows, std::span<float> pixels);
 
-  /// Distortion D of the rays of the last forward() (distortion_of() in field/rows.h; docs/equations.md, E8).
+  /// Distortion D of the rays of the last forward() (distortion_of() in field/rows.h; docs/method/equations.md, E8).
   double distortion();
 
   /// Writes what ∂L/∂pixel of the rows of the last forward() and ∂L/∂D mean for the values of these voxels, places in the

@@ -26,7 +26,7 @@ struct TrainerOptions {
   double longest_segment = 1.0;
   double end_depth = 6.0;      ///< two-way optical depth at which a ray ends: 0.25 % of its power lies behind
   double final_rate = 0.02;    ///< learning rates fall exponentially to this share, less far in under 100 steps
-  double distortion = 1e-3;    ///< weight of the prior for compact matter (docs/equations.md, E8); falls by the next
+  double distortion = 1e-3;    ///< weight of the prior for compact matter (docs/method/equations.md, E8); falls by the next
   double final_distortion = 0.1;  ///< the part of it that is left at the end
   /// Over a level ground, clean or speckled: epsilon of the relative error (μ − I) / (μ + ε), μ in the denominator held
   /// constant (RawNeRF, Mildenhall et al. 2022), in units of the ground's mean power. 0: squares of power, as without a ground.
@@ -64,12 +64,12 @@ std::string loss_text(const TrainingSet& set, const TrainerOptions& options);
 
 struct StepReport {
   std::int64_t step = 0;    ///< steps done, this one included
-  double loss = 0.0;        ///< data term: mean of ρ(e) over the batch's pixels (docs/equations.md, E8)
+  double loss = 0.0;        ///< data term: mean of ρ(e) over the batch's pixels (docs/method/equations.md, E8)
   double priors = 0.0;      ///< sum of the priors, divided by the same number of pixels
   std::string field_size;   ///< LearnedField::size_text()
 };
 
-/// Learns a field from images, step by step, by Adam and the native adjoints. The loss (docs/equations.md, E8) is a sum over the
+/// Learns a field from images, step by step, by Adam and the native adjoints. The loss (docs/method/equations.md, E8) is a sum over the
 /// pixels of azimuth rows of many views: of squares of power where images show no ground (printed eq. 31), of Huber's function of
 /// relative errors over a level ground, through the impulse response where that is part of speckled views; plus priors.
 /// The same seed and number of threads give the same bits; so does going on from a checkpoint.

@@ -27,7 +27,7 @@ struct ErrorRequest {
 
 /// What a render says about its own error E = ‖I − I*‖₂ / ‖I*‖₂, I* the limit of infinitely many rays and
 /// slices and of vanishing voxels of the same scene: found from coarser samplings contained in it. Not a
-/// bound: docs/accuracy.md shows how far to trust it. NaN where it is not known.
+/// bound: docs/method/sampling_error.md shows how far to trust it. NaN where it is not known.
 struct ErrorEstimate {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 

@@ -42,7 +42,7 @@ ImpulseResponse impulse_response(const ImageFormation& formation, double azimuth
 /// equal but for the last.
 std::vector<double> look_weights(double looks);
 
-/// Forms the image in place (F4, F5, F7 in docs/image_formation.md): `beta0` is the mean reflectivity
+/// Forms the image in place (F4, F5, F7 in docs/guide/image_formation.md): `beta0` is the mean reflectivity
 /// [n_azimuth × n_range], linear power, and becomes β⁰ as a radar of this resolution, speckle and noise
 /// measures it:
 ///

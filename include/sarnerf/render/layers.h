@@ -13,7 +13,7 @@
 
 namespace sarnerf {
 
-/// What can be had beside an image, pixel by pixel (docs/layers.md).
+/// What can be had beside an image, pixel by pixel (docs/guide/layers.md).
 enum class Layer : std::uint8_t {
   ground,      ///< β⁰ of the ground alone; linear power
   wall,        ///< β⁰ of walls

@@ -47,7 +47,7 @@ struct Material {
   double scattering_per_m = 0.0;
 };
 
-/// The built-in table, with a source for each figure (docs/materials.md).
+/// The built-in table, with a source for each figure (docs/guide/materials.md).
 const std::vector<Material>& builtin_materials();
 
 /// Materials by name. Later entries win over earlier ones of the same name.

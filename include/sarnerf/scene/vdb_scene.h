@@ -47,7 +47,7 @@ struct VdbSummary {
   std::vector<std::pair<std::string, std::string>> metadata;  ///< of the file, in the order of names
 };
 
-/// A scene as OpenVDB grids (docs/volumes.md): extinction, and scattering or brightness with what
+/// A scene as OpenVDB grids (docs/guide/volumes.md): extinction, and scattering or brightness with what
 /// belongs to it. Movable.
 class VdbScene {
  public:
@@ -68,7 +68,7 @@ class VdbScene {
   VdbSummary summary() const;
 
   /// Adds to what the file says about itself: provenance, integrator, reference bin. The names of
-  /// docs/volumes.md that write_vdb() sets itself are overruled by it.
+  /// docs/guide/volumes.md that write_vdb() sets itself are overruled by it.
   void set_metadata(const std::string& name, const std::string& value);
   void set_metadata(const std::string& name, double value);
 
@@ -98,7 +98,7 @@ struct VdbReadOptions {
 };
 
 /// Reads our own volumes exactly, and fog volumes and level sets of other tools with the assumptions that
-/// `notes` state; docs/volumes.md has the rules. The grids of the result are in world metres with Y up: a
+/// `notes` state; docs/guide/volumes.md has the rules. The grids of the result are in world metres with Y up: a
 /// file with Z up, and axes that are swapped or mirrored, are brought there voxel by voxel.
 ///
 /// The file's structure is checked byte by byte before OpenVDB sees it, so that a damaged or hostile file
@@ -131,7 +131,7 @@ struct VoxeliseOptions {
   Monitor monitor;
 };
 
-/// Turns the mesh of a scene into the sparse grids of docs/volumes.md; the ground plane stays a plane.
+/// Turns the mesh of a scene into the sparse grids of docs/guide/volumes.md; the ground plane stays a plane.
 ///
 /// CGAL decides inside, outside, distance and nearest triangle. Opaque matter: a shell around its surface,
 /// half a voxel to three voxels deep, with the extinction of voxel_brick.h; brightness, normals and

@@ -42,7 +42,7 @@ void render_part(RowPart& part, SourceBasis basis, Integrator integrator, const 
 void render_part_adjoint(RowPart& part, SourceBasis basis, Integrator integrator, const RaySampling& sampling,
                          const LevelGround* ground, std::span<const float> pixel_gradients);
 
-/// The distortion of a part's rays, a prior for compact matter (docs/equations.md, E8), from the extinction at their segments:
+/// The distortion of a part's rays, a prior for compact matter (docs/method/equations.md, E8), from the extinction at their segments:
 ///
 ///     D = Σ_rays a [Σ_s Σ_t w_s w_t |r_s − r_t| + ⅓ Σ_s w_s² ℓ_s],      w_s = T_s (1 − e^{−x_s})
 ///

@@ -60,7 +60,7 @@ struct Parts {
 };
 
 Parts split(std::string_view bytes, const std::string& where) {
-  const char* advice = "; expected a safetensors file (docs/lpips.md)";
+  const char* advice = "; expected a safetensors file (docs/guide/lpips.md)";
   if (bytes.size() < kLength_bytes) {
     fail(where, "only " + std::to_string(bytes.size()) + " bytes long" + advice);
   }
@@ -99,7 +99,7 @@ std::vector<std::int64_t> whole_numbers(const Json& entry, const char* key, std:
 StoredTensor read_tensor(const Parts& parts, const std::string& name, const std::string& file) {
   const auto entry = parts.header.find(name);
   if (entry == parts.header.end()) {
-    fail(file, "the tensor \"" + name + "\" is missing; convert the weights as docs/lpips.md says");
+    fail(file, "the tensor \"" + name + "\" is missing; convert the weights as docs/guide/lpips.md says");
   }
   const std::string where = file + ": " + name;
   if (!entry->is_object()) fail(where, "its description is not a JSON object");
@@ -143,7 +143,7 @@ std::map<std::string, StoredTensor> read_safetensors(const std::filesystem::path
   const std::string file = path.string();
   if (const std::uint64_t size = regular_file_size(path); size > kLargestFile_bytes) {
     fail(file, "expected at most 1 GiB, found " + std::to_string(size) +
-                   " bytes; keep only the tensors that docs/lpips.md names");
+                   " bytes; keep only the tensors that docs/guide/lpips.md names");
   }
   const std::string bytes = read_whole_file(path);
   const Parts parts = split(bytes, file);
@@ -259,7 +259,7 @@ Lpips::Lpips(const std::filesystem::path& weights) {
     if (found.shape != expected) {
       throw InputError(weights.string() + ": " + name + ": expected the shape " +
                        shape_text(expected) + ", found " + shape_text(found.shape) +
-                       "; only AlexNet's form of LPIPS is read (docs/lpips.md)");
+                       "; only AlexNet's form of LPIPS is read (docs/guide/lpips.md)");
     }
     const at::Tensor copy = at::empty(found.shape, at::kFloat);
     std::copy(found.values.begin(), found.values.end(), copy.data_ptr<float>());

@@ -187,7 +187,7 @@ constexpr double kFloor = 0.2, kResidualBlur_pixels = 0.7;
 constexpr float kLeastResidual = -1.0f, kMostResidual = 3.0f;
 
 /// Excess variance from which single glints make up the targets' power. Simulated targets have 0.003 to 0.03, four measured
-/// ones 0.16 to 0.27, which one factor for all directions makes 1 dB worse (docs/training.md).
+/// ones 0.16 to 0.27, which one factor for all directions makes 1 dB worse (docs/method/learning.md).
 constexpr double kGlints = 0.1;
 
 /// Weights of pixels that are brighter than the ground.

@@ -14,7 +14,7 @@
 #include "sarnerf/nerf/training_set.h"
 #include "train/response.h"
 
-// What learning minimises (docs/equations.md, E8), each term with its value and its gradient:
+// What learning minimises (docs/method/equations.md, E8), each term with its value and its gradient:
 //
 //     L = Σ_pixels ρ(e) + Σ_priors weight × P,        e = (μ − I) / d
 //

@@ -119,7 +119,7 @@ constexpr double kThroughResponse = 0.4;
 /// Errors in proportion to brightness, thin fog, learning rates at which speckle averages out, and priors that it does
 /// not pass: in inverse proportion to what there is to average, and where that is little, to its root: few views show turning
 /// brightness in coarse steps, which strong priors level. Measured on a truck and an L-shaped building of one and
-/// four looks, and on measured chips, which glint (docs/training.md).
+/// four looks, and on measured chips, which glint (docs/method/learning.md).
 void learn_over_ground(TrainerOptions& options, const TrainingSet& set) {
   const double looks = set.ground->looks.value_or(1.0);
   options.relative_epsilon = std::min(kMostEpsilon, kEpsilonPerLook * looks);
@@ -147,7 +147,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   for (const PosedImage& image : set.images) bin_m = std::min(bin_m, image.acquisition.range_spacing_m);
   options.grid.voxel_size_m = 2.0 / 3.0 * bin_m;
   // Few views leave more open than many: what they do not say, priors must. Measured on 72 to 12 views of three
-  // solids (docs/training.md).
+  // solids (docs/method/learning.md).
   const double fewness = std::clamp(36.0 / static_cast<double>(std::max<std::size_t>(1, set.images.size())), 1.0, 3.0);
   options.distortion *= fewness;
   options.grid.smooth_density *= fewness;

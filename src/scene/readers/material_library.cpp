@@ -32,7 +32,7 @@ Material translucent(const char* name, double extinction_per_m, double scatterin
 }  // namespace
 
 const std::vector<Material>& builtin_materials() {
-  // Round nominal values at X band. Each line is explained, with its source, in docs/materials.md.
+  // Round nominal values at X band. Each line is explained, with its source, in docs/guide/materials.md.
   static const std::vector<Material> materials = {
       opaque("default", 1.0, 1.0),     opaque("asphalt", 0.04, 2.0),
       opaque("brick", 0.3, 1.5),       opaque("concrete", 0.2, 1.5),

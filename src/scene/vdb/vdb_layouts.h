@@ -114,7 +114,7 @@ struct VdbReading {
   std::string place(const VdbFileGrid& grid) const;
 };
 
-/// The names and the metadata of docs/volumes.md.
+/// The names and the metadata of docs/guide/volumes.md.
 std::unique_ptr<VdbScene::Grids> read_own_layout(VdbReading& reading);
 /// Whether a file has grids by those names, whoever wrote it.
 bool has_own_layout(const VdbFile& file);
