@@ -1,0 +1,151 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Makes the tables of README.md and docs/results anew, all at the checked-out revision. Needs a build and a quiet machine.
+set -eu
+
+usage() {
+  cat <<USAGE
+Usage: scripts/results.sh [--folder FOLDER] [--meshes FOLDER] [--chips FOLDER] [--insert] [STUDY...]
+Runs each study and keeps its Markdown as FOLDER/STUDY.md. A study whose file is there is not run again. With --insert, each
+table replaces the one between <!-- results STUDY --> and <!-- end --> in README.md and docs/results/*.md.
+Studies: accuracy solids ground learning pitch response speckle scenes chips depressions extraction; all without arguments.
+  --folder FOLDER  (default build/results)
+  --meshes FOLDER  meshes from outside: stanford-bunny.obj, Kenney's vehicle-truck-*.obj and building-small-*.obj; what
+                   is missing is left out
+  --chips FOLDER   manifest.csv and a folder of chips for each target; without it, no study of measured chips
+USAGE
+}
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+folder=$root/build/results
+meshes=
+chips=
+insert=
+studies=
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --folder) folder=$2; shift 2 ;;
+    --meshes) meshes=$2; shift 2 ;;
+    --chips) chips=$2; shift 2 ;;
+    --insert) insert=yes; shift ;;
+    -h | --help) usage; exit 0 ;;
+    -*) usage >&2; exit 2 ;;
+    *) studies="$studies $1"; shift ;;
+  esac
+done
+studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions extraction}
+export SARNERF_PROGRAMS="${SARNERF_PROGRAMS:-$root/build/release/apps}"
+bench=$SARNERF_PROGRAMS/sar_bench/sar_bench
+revision=$(git -C "$root" rev-parse --short HEAD)
+machine=$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)
+mkdir -p "$folder"
+cd "$folder"
+
+# mesh NAME[:SCALE]: the mesh with its scale, or nothing where it is missing.
+mesh() {
+  if [ -n "$meshes" ] && [ -f "$meshes/${1%%:*}" ]; then echo "$meshes/$1"; fi
+}
+
+# Each study prints its table, then the command that a reader would type.
+study_accuracy() {
+  accuracy() { "$bench" accuracy "$@" --rounds 3 --table accuracy_table.md --diagrams accuracy > accuracy.json; }
+  accuracy "$root/data/cuboid.json" "$root/data/platform_upright.json" "$root/data/building_14x8.json" "$root/data/street.json"
+  cat accuracy_table.md
+  for item in vehicle-truck-green.obj:2.5 building-small-a.obj:10 stanford-bunny.obj:60; do
+    if [ -z "$(mesh "$item")" ]; then continue; fi
+    accuracy "$meshes/${item%%:*}" --scale "${item##*:}"
+    sed 1,2d accuracy_table.md
+  done
+  command='sar_bench accuracy data/cuboid.json data/platform_upright.json data/building_14x8.json data/street.json --rounds 3'
+}
+study_solids() {
+  "$root/scripts/nerf_table.sh" --seeds 3 solids.data
+  command='scripts/nerf_table.sh --seeds 3'
+}
+study_ground() {
+  "$root/scripts/nerf_table.sh" --ground --views "36 24 12" ground.data
+  command='scripts/nerf_table.sh --ground --views "36 24 12"'
+}
+study_learning() {
+  render_cuboid() {
+    "$SARNERF_PROGRAMS/sar_render/sar_render" "$root/data/cuboid.json" --pitch 45 --azimuth "$1" --size 128x128 --spacing 0.3 \
+      --engine surface --elevations 768 --sub-rows 27 -o "$2" -q > /dev/null
+  }
+  render_cuboid 0:350:10 cuboid_36
+  render_cuboid 5:355:10 cuboid_between
+  "$bench" learning cuboid_36 --against cuboid_between --fields grid,mlp --time grid=2s,3s,5s,10s,20s --time mlp=60s \
+    --views 12 -o learning.study --overwrite
+  command='sar_bench learning cuboid_36 --against cuboid_between --fields grid,mlp --time grid=2s,3s,5s,10s,20s --time mlp=60s --views 12'
+}
+study_pitch() {
+  "$root/scripts/nerf_pitch.sh" --azimuths 0:345:15 pitch.data
+  command='scripts/nerf_pitch.sh --azimuths 0:345:15'
+}
+study_response() {
+  # shellcheck disable=SC2046  # no mesh is no argument
+  "$root/scripts/response_table.sh" --folder response.data $(mesh vehicle-truck-green.obj:3)
+  command='scripts/response_table.sh vehicle-truck-green.obj:3'
+}
+study_speckle() {
+  # shellcheck disable=SC2046
+  "$root/scripts/speckle_table.sh" --folder speckle.data $(mesh vehicle-truck-green.obj:3) "$root/data/l_building.json"
+  command='scripts/speckle_table.sh vehicle-truck-green.obj:3 data/l_building.json'
+}
+study_scenes() {
+  "$root/scripts/scenes_table.sh" --folder scenes.data
+  command='scripts/scenes_table.sh'
+}
+study_chips() {
+  targets=
+  for target in 2S1_b01 ZSU_23_4_d08 BRDM_2_E-71 T72_A64; do targets="$targets $chips/$target"; done
+  # shellcheck disable=SC2086
+  "$root/scripts/chips_table.sh" --folder chips.data --import "--csv $chips/manifest.csv --amplitude-scale 4/65535" $targets
+  command='scripts/chips_table.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01 ZSU_23_4_d08 BRDM_2_E-71 T72_A64'
+}
+study_depressions() {
+  "$root/scripts/depressions_table.sh" --folder depressions.data --import "--csv $chips/manifest.csv --amplitude-scale 4/65535" \
+    "$chips/2S1_b01"
+  command='scripts/depressions_table.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01'
+}
+study_extraction() {
+  solids=
+  for solid in cuboid platform_upright platform_inverted l_building; do solids="$solids $root/data/$solid.json"; done
+  # shellcheck disable=SC2046,SC2086
+  "$root/scripts/extract_table.sh" --folder extraction.data $solids $(mesh building-small-a.obj:10) $(mesh building-small-c.obj:10) \
+    $(mesh vehicle-truck-green.obj:3) $(mesh vehicle-truck-red.obj:3)
+  command='scripts/extract_table.sh'
+}
+
+# put STUDY: its table into every page that has a place for it.
+put() {
+  for page in "$root"/README.md "$root"/docs/results/*.md; do
+    grep -qF "<!-- results $1 -->" "$page" || continue
+    awk -v begin="<!-- results $1 -->" -v file="$folder/$1.md" '
+      $0 == begin { print; while ((getline line < file) > 0) print line; skip = 1; next }
+      skip && $0 == "<!-- end -->" { skip = 0 }
+      !skip' "$page" > "$page.new"
+    mv "$page.new" "$page"
+    echo "results: $1 is in ${page#"$root"/}" >&2
+  done
+}
+
+for study in $studies; do
+  case "$study" in
+    chips | depressions)
+      if [ -z "$chips" ]; then echo "results: $study is left out: no --chips" >&2; continue; fi ;;
+  esac
+  if [ ! -s "$study.md" ]; then
+    echo "results: $study" >&2
+    start=$(date +%s)
+    "study_$study" > "$study.part"
+    {
+      echo
+      cat "$study.part"
+      echo
+      echo "*\`$command\`, revision $revision, $(date +%F), $(nproc) cores of $machine, $((($(date +%s) - start + 59) / 60)) min.*"
+      echo
+    } > "$study.md"
+    rm "$study.part"
+  fi
+  if [ -n "$insert" ]; then put "$study"; fi
+done
