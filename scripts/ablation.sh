@@ -6,7 +6,7 @@ set -eu
 usage() {
   cat <<USAGE
 Usage: scripts/ablation.sh [--folder FOLDER] [--spot FILE] [--data] [OPTIONS of sar_bench ablation...]
-Renders the scenes of sar_bench scenes --seed 101:110 and 121:126, and spot where its mesh is given, each in one configuration, and leaves
+Renders generated scenes (seeds 101 to 110, 121 to 126, 131 to 135, 141 to 145; spot where its mesh is given), each in one configuration, and leaves
 out each rule and prior of learning alone (sar_bench ablation). What is there is not made again. FOLDER/result has the cells
 (cells.jsonl) and the table (ablation.md).
   --folder FOLDER  (default build/ablation)
@@ -32,6 +32,8 @@ programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder/data"
 "$programs/sar_bench/sar_bench" scenes --seed 101:110 "$folder/scenes" -q > /dev/null
 "$programs/sar_bench/sar_bench" scenes --seed 121:126 "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 131:135 "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 141:145 "$folder/scenes" -q > /dev/null
 
 # Azimuths of 12 and 36 training views, and those that judge.
 few=0:330:30 many=0:350:10 unseen=7.3:337.3:30
@@ -47,8 +49,45 @@ data() {
   render "$@" --azimuth "$azimuths" --looks "$looks" -o "$folder/data/$name"
   render "$@" --azimuth "$unseen" -o "$folder/data/$name.truth"
 }
+# measured NAME SCENE DEPRESSION: as measured chips, 36 views of one look over a textured ground, whose poses are not exact. Each view
+# is cut where the sum of two harmonics of azimuth has it, 0.6 pixel (root mean square) along track and in range; neither is the
+# first, which would be a translation of the scene. The aim point is 1.2 m above the ground.
+measured() {
+  name=$1 scene=$2 depression=$3
+  sets="$sets $folder/data/$name"
+  if [ -e "$folder/data/$name.done" ]; then return; fi
+  # View: from radar, along track h = (-cos a, 0, sin a), away from it k = (-sin p sin a, -cos p, -sin p cos a).
+  one() {
+    aim=$(awk -v a="$1" -v d="$depression" -v s=0.2 'BEGIN {
+      pi = atan2(0, -1); f = a * pi / 180; p = (90 - d) * pi / 180; sign = (a / 10) % 2 ? -1 : 1
+      along = s * (0.5 * cos(3 * f + 1) + 0.7 * sign * cos(5 * f)); range = s * (0.5 * sin(3 * f) + 0.7 * sign * cos(5 * f + 2))
+      printf "%.9f,%.9f,%.9f", -along * cos(f) - range * sin(p) * sin(f), 1.2 - range * cos(p), along * sin(f) - range * sin(p) * cos(f) }')
+    "$programs/sar_render/sar_render" "$scene" --materials "$folder/materials.json" --ground meadow --depression "$depression" \
+      --size 112x128 --spacing 0.2 --resolution 0.3 --window taylor:-35 --looks 1 --seed $((1 + $1)) --azimuth "$1" --aim "$aim" \
+      -o "$folder/one" --overwrite -q > /dev/null
+  }
+  common="--materials $folder/materials.json --ground meadow --depression $depression --size 112x128 --spacing 0.2 --resolution 0.3
+    --window taylor:-35 --aim 0,1.2,0 -q"
+  # shellcheck disable=SC2086
+  {
+    "$programs/sar_render/sar_render" "$scene" $common --azimuth $many --looks 1 -o "$folder/data/$name" > /dev/null
+    "$programs/sar_render/sar_render" "$scene" $common --azimuth $unseen -o "$folder/data/$name.truth" > /dev/null
+  }
+  for view in $(seq 0 35); do
+    one $((10 * view))
+    mv "$folder/one.tif" "$folder/data/$name/images/view_$(printf %03d "$view").tif"
+  done
+  sed 's/"exact_poses": *true/"exact_poses": false/' "$folder/data/$name/dataset.json" > "$folder/one.json"
+  mv "$folder/one.json" "$folder/data/$name/dataset.json"
+  rm -f "$folder"/one.*
+  touch "$folder/data/$name.done"
+}
 scene() { echo "$folder"/scenes/"$1"_*/scene.json; }
 
+cat > "$folder/materials.json" <<MATERIALS
+{"format": "sarnerf-materials", "version": 1, "materials": {
+  "meadow": {"gamma0": 0.15, "exponent": 0.5, "texture": {"kind": "checker", "period_m": 4.0, "contrast": 0.3}}}}
+MATERIALS
 dark="--size 96x96 --spacing 0.3"
 meadow="--ground grass --size 112x128 --spacing 0.25"
 response="--resolution 0.4 --window taylor:-35"
@@ -72,6 +111,9 @@ response="--resolution 0.4 --window taylor:-35"
   data 124 "$(scene 124)" $few 60 4 $meadow $response
   data 125 "$(scene 125)" $many 60 4 $meadow
   data 126 "$(scene 126)" $many 60 4 $meadow $response
+  for seed in 131 132 133 134 135; do measured $seed "$(scene $seed)" 25; done
+  # Too few views to estimate a ground.
+  for seed in 141 142 143 144 145; do data $seed "$(scene $seed)" 0:288:72 45 inf $meadow; done
 }
 if [ -n "$only_data" ]; then exit 0; fi
 # shellcheck disable=SC2086

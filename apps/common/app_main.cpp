@@ -19,8 +19,8 @@ namespace sarnerf::app {
 
 namespace {
 
-/// What a library throws where nobody can catch it, on a thread of its own or while it makes one, still ends
-/// with one line and an exit code.
+/// Terminate handler: reports an exception that no caller can catch (thrown on a library's own thread, or while the
+/// library starts one) in one line and ends the process with an exit code.
 [[noreturn]] void end_unhandled() {
   const char* what = "no exception";
   try {
@@ -33,7 +33,7 @@ namespace {
   } catch (...) {
     what = "unknown exception";
   }
-  std::fprintf(stderr, "%s: error: ended from within (%s): please report this\n", program_invocation_short_name, what);
+  std::fprintf(stderr, "%s: error: internal error (%s): please report this\n", program_invocation_short_name, what);
   std::_Exit(kFailure);
 }
 
@@ -65,7 +65,7 @@ int run_program(Console& console, const std::function<void()>& body) {
                 "told beforehand",
                 kFailure);
   } catch (const std::filesystem::filesystem_error& e) {
-    // The library's own text names its function; the path and the system's reason are what matters.
+    // what() names a function of the library; users need the path and the system's reason.
     const std::string path = e.path1().empty() ? "" : e.path1().string() + ": ";
     return fail((path + e.code().message()).c_str(), kFailure);
   } catch (const std::exception& e) {
@@ -100,7 +100,7 @@ void take_threads(SharedOptions& options, Console& console) {
   const int asked = options.n_threads, n = thread_count();
   options.n_threads = n;
   if (n == asked) return;
-  console.warning(std::to_string(asked) + " threads are more than make sense or can be made here: " +
+  console.warning(std::to_string(asked) + " threads cannot be used here: " +
                   std::to_string(n) + " will work (--threads)");
 }
 

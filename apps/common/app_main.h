@@ -13,18 +13,17 @@ namespace sarnerf::app {
 
 class Console;
 
-/// What every program returns to its caller (docs/design.md).
+/// Exit codes of all programs (docs/design.md).
 enum ExitCode : int {
   kDone = 0,
-  kFailure = 1,      ///< at run time: a full disk, no memory left
-  kUsage = 2,        ///< options contradict, output exists, more memory than allowed, no such view
+  kFailure = 1,      ///< at run time: the disk is full, memory is exhausted
+  kUsage = 2,        ///< contradictory options, existing output, more memory than allowed, no such view
   kBadInput = 3,
   kNumerics = 4,
   kInterrupted = 130,
 };
 
-/// Runs the body of a program and turns what it throws into one line on the console and an exit code:
-/// the only place that does.
+/// Runs the body of a program. Turns what it throws into one line on the console and an exit code; no other function does.
 int run_program(Console& console, const std::function<void()>& body);
 
 /// Set by the first SIGINT or SIGTERM after catch_signals(): computations stop at their next clean point
@@ -35,7 +34,7 @@ const std::atomic<bool>& stop_requested();
 /// instead of killing the process.
 void catch_signals();
 
-/// Sets the number of threads to what can work, and warns where that is fewer than were asked for.
+/// Sets the number of threads to the number that can run, and warns if fewer can run than were requested.
 void take_threads(SharedOptions& options, Console& console);
 
 /// The main() of a program: `parse` reads the command line into Options, whose member `shared` holds the SharedOptions,
@@ -44,7 +43,7 @@ void take_threads(SharedOptions& options, Console& console);
 template <class Options>
 int app_main(const char* name, int argc, char** argv, std::optional<Options> (*parse)(int, char**),
              void (*run)(const Options&, Console&)) {
-  seconds_since_start();  // the clock's zero, should the system not tell
+  seconds_since_start();  // sets the clock's zero if the system does not report the start time
   Console console(name);
   return run_program(console, [&] {
     std::optional<Options> options = parse(argc, argv);

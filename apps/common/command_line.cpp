@@ -45,10 +45,10 @@ std::string did_you_mean(const CLI::App& parser, const std::string& unknown, con
   return close.empty() ? "" : " (" + dashes + close + "?)";
 }
 
-/// The reader behind --config: a TOML file without sections, with the names of the options (and of the
-/// positional in lower case), values as numbers, true or false, texts, or arrays of them for lists. It does
-/// not lean on CLI11's own reader, which differs from version to version and does not say where it failed.
-/// Each complaint is an InputError that names file and line.
+/// Reader for --config: a TOML file without sections. Names are those of the options (and of the positional, in lower
+/// case); values are numbers, true or false, texts, or arrays of them for lists. It does not use CLI11's own reader,
+/// which differs from version to version and does not report where it failed. Every error is an InputError that names
+/// file and line.
 class ConfigFile : public CLI::ConfigTOML {
  public:
   explicit ConfigFile(const CLI::App& parser) : parser_(parser) {}
@@ -57,7 +57,7 @@ class ConfigFile : public CLI::ConfigTOML {
     groups_.push_back(std::move(long_names));
   }
 
-  /// Called after the command line has been read. Leaves out what the command line says in other words.
+  /// Called after the command line has been read. Skips options that the command line overrules (same_meaning()).
   std::vector<CLI::ConfigItem> from_config(std::istream& input) const override;
 
  private:
@@ -120,7 +120,7 @@ std::string one_line(std::string text) {
   return text;
 }
 
-/// The arguments that no option took, in words of their own: the parser lists them last first.
+/// Message about the arguments that no option took. The parser's own message lists them last first.
 std::string unexpected_text(const CLI::App& parser) {
   const std::vector<std::string> unexpected = parser.remaining();
   for (const std::string& argument : unexpected) {
@@ -132,14 +132,14 @@ std::string unexpected_text(const CLI::App& parser) {
   return "unexpected argument '" + (unexpected.empty() ? "" : unexpected.front()) + "'";
 }
 
-/// Before the parser opens the file: a pipe would wait for ever.
+/// Runs before the parser opens the file: opening a pipe would block for ever.
 std::string refuse_unless_file(std::string& path) {
   if (path.empty()) throw UsageError("--config: expected the name of a file, found an empty text");
   (void)regular_file_size(path);
   return {};
 }
 
-/// Programs take an empty text for an option that was not given, which the user did not mean.
+/// Refuses empty texts: a program would treat such an option as not given, which the user did not mean.
 void refuse_empty(const CLI::App& parser) {
   for (const CLI::Option* option : parser.get_options()) {
     const std::vector<std::string>& texts = option->results();
@@ -148,7 +148,7 @@ void refuse_empty(const CLI::App& parser) {
   }
 }
 
-/// Types and defaults as "TYPE [default]", whatever the version of CLI11.
+/// Shows types and defaults as "TYPE [default]", with every version of CLI11.
 class HelpFormatter : public CLI::Formatter {
  public:
   HelpFormatter() { column_width(32); }
@@ -165,7 +165,7 @@ class HelpFormatter : public CLI::Formatter {
 
 struct CommandLine::Parser {
   struct Step {
-    std::string name;  ///< of the option as it was added; empty: a step of then()
+    std::string name;  ///< the option's name as passed to add(); empty: a step of then()
     std::function<void()> run;
   };
 
@@ -320,7 +320,7 @@ SharedOptions CommandLine::shared_options() const {
 }
 
 Kind<std::vector<double>> incidences_deg(const CommandLine& command) {
-  // Whichever is read first speaks for both.
+  // Each of the two options reads both texts, so their order does not matter.
   return {"DEG", [&command](auto&, auto&) { return incidences_deg(command.text("--pitch"), command.text("--depression")); },
           [](auto&) { return std::string(); }};
 }

@@ -14,30 +14,32 @@
 
 namespace sarnerf::app {
 
-/// How often an option may be given, and how much at once.
+/// How many values an option takes, and how they are separated.
 struct Several {
-  char separator = '\0';       ///< between values in one text; none: the text is one value
-  bool one_at_a_time = false;  ///< the argument behind the value is none of the option's
-  int most = 0;                ///< values; 0: any number
+  char separator = '\0';       ///< between values in one text; '\0': the text is one value
+  bool one_at_a_time = false;  ///< the option takes only one argument each time it is given
+  int most = 0;                ///< greatest number of values; 0: any number
 };
 
-/// A program's command line: which options there are, where their values go, and in what order they are read. Help and
-/// version go to stdout, `--config` (TOML) fills in what the command line leaves open, and every complaint is one UsageError
-/// or, for the configuration file itself, InputError.
+/// A program's command line: its options, the variables that receive their values, and the order in which they are
+/// read. Help and version go to stdout. `--config` (TOML) supplies what the command line omits. Every error is one
+/// UsageError or, for the configuration file itself, one InputError.
 ///
-/// parse() splits the command line and refuses unknown options and names; only then the steps follow, each option that was
-/// given and each then(), in the order in which they were added. So the order of add() is that of help and of complaints.
+/// parse() first splits the command line and refuses unknown options and names. Then it runs the steps in the order
+/// in which they were added: each option that was given, and each then(). So the order of add() is the order of help
+/// and of errors.
 class CommandLine {
  public:
   /// `footer` stands below the options in help.
   CommandLine(std::string name, std::string description, std::string footer);
   ~CommandLine();
 
-  /// Title under which help shows the options that are added from now on, and whether configuration files may set them.
+  /// Starts a group: the title under which help shows the options added from now on, and whether configuration files
+  /// may set them.
   void begin_group(std::string title, bool in_files = true);
 
-  /// An option "-o,--output", or an argument "SCENE" without a name. What `value` holds now is the default that help
-  /// shows; it stays where the option is not given. An empty optional has none.
+  /// Adds an option "-o,--output" or a positional argument "SCENE". The present content of `value` is the default:
+  /// help shows it, and it stays if the option is not given. An empty optional has no default.
   template <class T, class V>
   void add(const char* name, T& value, const Kind<V>& kind, const char* help) {
     std::string shown;
@@ -52,7 +54,7 @@ class CommandLine {
              });
   }
 
-  /// The same with all values that are given, which replace those that are there.
+  /// The same for a list: the values that are given replace those in `values`.
   template <class T, class V>
   void add_list(const char* name, std::vector<T>& values, const Kind<V>& kind, const char* help, const Several& several) {
     add_texts(name, {kind.type, {}, {}, help}, several,
@@ -62,35 +64,35 @@ class CommandLine {
               });
   }
 
-  /// True when it is given. Set before the first step.
+  /// `flag` becomes true if the option is given. It is set before the first step.
   void add_flag(const char* name, bool& flag, const char* help);
 
-  /// The option cannot be left out.
+  /// Makes the option mandatory.
   void require(const char* name);
 
-  /// Options that say the same thing differently: on the command line, one of them keeps the others out
-  /// even when the configuration file sets them. Contradictions inside one source remain the caller's.
+  /// Declares options that set the same quantity. If the command line gives one of them, the configuration file's
+  /// values for all of them are ignored. Contradictions within one source are left to the caller.
   void same_meaning(std::vector<std::string> long_names);
 
-  /// A step for what concerns several options: contradictions, and defaults that follow from other values.
+  /// Adds a step that concerns several options: checks for contradictions, and defaults that depend on other values.
   void then(std::function<void()> step);
 
-  /// Reads these options after all that were added so far: complaints about the others come first. Passes
-  /// over names that were not added.
+  /// Reads these options after all others added so far, so that errors in the others are reported first. Ignores
+  /// names that were not added.
   void read_later(const std::vector<std::string>& names);
 
   /// Adds --threads, --max-memory, -q, -v, --config, --version. Call last: help shows them last.
   void add_shared_options();
 
-  /// False when help or version was asked for and has been printed. An option without text is an error.
+  /// Returns false if help or version was requested and has been printed. An option with an empty text is an error.
   bool parse(int argc, char** argv);
 
-  // From the first step on.
+  // The functions below are valid from the first step on.
 
-  /// Whether the option was given, here or in the configuration file.
+  /// Whether the option was given, on the command line or in the configuration file.
   bool given(const std::string& name) const;
 
-  /// Long names, without dashes, of all that were.
+  /// Long names, without dashes, of all options that were given.
   std::set<std::string> given() const;
 
   /// An option's text as it was given; empty where it was not.
@@ -113,11 +115,12 @@ class CommandLine {
   std::unique_ptr<Parser> parser_;
 };
 
-/// Incidences (deg) of --pitch or --depression, which both are to be added with the same place for their values. Throws
-/// UsageError where the two contradict each other.
+/// Incidences (deg) from --pitch or --depression. Both options must be added with the same variable for their values.
+/// Throws UsageError if the two contradict each other.
 Kind<std::vector<double>> incidences_deg(const CommandLine& command);
 
-/// Radar to aim point or its height (m): of --altitude or --slant-range, not of both.
+/// Height of the radar (--altitude) or its distance to the aim point (--slant-range), in metres. Throws UsageError if
+/// both are given.
 Kind<double> radar_distance_m(const CommandLine& command);
 
 }  // namespace sarnerf::app

@@ -17,7 +17,7 @@ constexpr auto kBarInterval = 100ms;
 constexpr auto kLineInterval = 10s;
 constexpr int kBarWidth = 28;
 
-/// Null where that is impossible.
+/// Null if stderr cannot be duplicated.
 std::FILE* copy_of_stderr() {
   const int fd = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
   if (fd < 0) return nullptr;

@@ -10,12 +10,11 @@
 
 namespace sarnerf::app {
 
-/// What a program tells its user while it works, on stderr: results go to stdout. Safe to use from
-/// several threads.
+/// Messages of a program to its user, on stderr; results go to stdout. Safe to use from several threads.
 class Console {
  public:
-  /// Writes to a stream of its own on stderr's file, whatever becomes of file descriptor 2 meanwhile (image decoders print
-  /// there, and are silenced); or to `stream`.
+  /// Writes to `stream`, or else to a duplicate of stderr of its own. The duplicate keeps working while file
+  /// descriptor 2 is redirected (image decoders print there, and are silenced).
   explicit Console(std::string program, std::FILE* stream = nullptr);
   ~Console();
   Console(const Console&) = delete;
@@ -28,11 +27,10 @@ class Console {
   void note(std::string_view line);
   void warning(std::string_view line);
   void error(std::string_view line);
-  void asked_for(std::string_view lines);  ///< by an option of its own: printed even when quiet, and as it is
+  void asked_for(std::string_view lines);  ///< output that an option requests: printed even when quiet, unescaped
 
-  /// A bar with rate and time left that redraws itself on a terminal; elsewhere a line every ten
-  /// seconds. Another stage, or done == total, ends the bar.
-  /// `detail` follows the figures.
+  /// Shows a progress bar with rate and time left on a terminal; elsewhere a line every ten seconds. Another stage,
+  /// or done == total, ends the bar. `detail` follows the figures.
   void progress(std::string_view stage, std::uint64_t done, std::uint64_t total,
                 std::string_view detail = {});
 
@@ -45,7 +43,7 @@ class Console {
 
   std::mutex mutex_;
   std::string program_;
-  std::FILE* own_;  ///< null: the stream is somebody else's
+  std::FILE* own_;  ///< null: stream_ is not owned
   std::FILE* stream_;
   bool terminal_;
   int verbosity_ = 0;
@@ -55,11 +53,11 @@ class Console {
   Clock::time_point last_drawn_;
 };
 
-/// The text with control characters written as \x0a: names of files may hold any, which would split a message or
-/// do worse to a terminal.
+/// The text with control characters written as \x0a. File names may contain any of them, which would split a message
+/// or disturb the terminal.
 std::string visible(std::string_view text);
 
-/// Writes to stdout at once. Throws Error when it is full or closed.
+/// Writes to stdout and flushes it. Throws Error if stdout is full or closed.
 void print_result(std::string_view text);
 
 }  // namespace sarnerf::app

@@ -38,7 +38,7 @@ std::filesystem::path with_ending(const std::filesystem::path& base, const std::
 }
 
 void require_possible(const std::filesystem::path& folder) {
-  // What is missing can be created if its nearest existing parent can be written to.
+  // A missing folder can be created if its nearest existing parent can be written to.
   std::filesystem::path existing = std::filesystem::absolute(folder);
   std::error_code code;
   while (!std::filesystem::exists(existing, code) && existing.has_relative_path()) {
@@ -48,7 +48,7 @@ void require_possible(const std::filesystem::path& folder) {
 }
 
 void remove_files(const std::filesystem::path& folder, const std::function<bool(const std::filesystem::path&)>& condition) {
-  // Chosen first, since it is open whether reading a folder sees what is removed meanwhile.
+  // Collected first: it is unspecified whether the iterator sees files that are removed meanwhile.
   std::vector<std::filesystem::path> chosen;
   std::error_code missing;
   for (const auto& entry : std::filesystem::directory_iterator(folder, missing)) {
@@ -84,7 +84,7 @@ namespace {
 
 constexpr std::string_view kStem = "view_";
 
-/// "view_" and digits, with the ending.
+/// Whether the name is "view_" and digits, with this ending.
 bool is_view(const std::filesystem::path& path, std::string_view ending) {
   const std::string stem = path.stem().string();
   return path.extension() == ending && stem.size() > kStem.size() && stem.starts_with(kStem) &&
@@ -172,7 +172,7 @@ void require_sweep_place(const SweepFolder& folder, const Json& request, bool ov
                      ": expected a place for a folder, found a file; choose another -o");
   require_possible(folder.path());
   if (overwrite || !folder.occupied()) return;
-  // Whether a recipe that is damaged was this one is known when the rest of this one is.
+  // Whether a damaged recipe was this one can be decided only with the complete recipe: see holds_recipe().
   if (Checksums(folder.checksums()).damaged(folder.recipe().filename().string())) return;
   const auto recipe = read_recipe(folder.recipe());
   if (!recipe) refuse_place(folder.path(), "files without a recipe");
@@ -185,7 +185,7 @@ void write_recipe(const std::filesystem::path& path, const Json& recipe, const s
   write_file_atomically(path, text);
   Checksums list(checksums);
   list.add({{path.filename().string(), std::as_bytes(std::span(text))}});
-  list.finish();  // without the line that an interruption may have cut off, which another one would complete
+  list.finish();  // drops a line that an interruption may have cut off: the next line would make it look complete
 }
 
 bool holds_recipe(const std::filesystem::path& path, const Json& recipe, const std::filesystem::path& checksums) {
@@ -201,7 +201,7 @@ bool holds_recipe(const std::filesystem::path& path, const Json& recipe, const s
   if (!found) return false;
   const std::string differs = difference(*found, recipe);
   if (!differs.empty()) refuse_place(path.parent_path(), differs);
-  // Killed between the recipe and its checksum.
+  // The process was killed between the recipe and its checksum.
   if (!list.recorded(name, text)) write_recipe(path, recipe, checksums);
   return true;
 }

@@ -12,30 +12,30 @@
 
 namespace sarnerf::app {
 
-/// The path without an ending of an image's files: "-o a.tif" means a.tif, a.png and a.json; an empty `output` means
-/// `default_name`, and a folder gets files of that name. Throws UsageError for the folder of a dataset.
+/// Common path, without ending, of an image's files: "-o a.tif" gives a.tif, a.png and a.json. An empty `output`
+/// means `default_name`; in a folder, the files get that name. Throws UsageError for the folder of a dataset.
 std::filesystem::path image_base(const std::string& output, const std::string& default_name);
 
-/// The base with an ending, whatever dots are in its name.
+/// The base with an ending appended; dots in its name are kept.
 std::filesystem::path with_ending(const std::filesystem::path& base, const std::string& ending);
 
 /// Throws Error unless the folder can be written to, or created. Creates nothing.
 void require_possible(const std::filesystem::path& folder);
 
-/// Removes the files of a folder, and none of folders in it, that meet a condition; a folder that is missing has none.
+/// Removes the files of a folder that meet a condition, but none in its subfolders. A missing folder has no files.
 void remove_files(const std::filesystem::path& folder, const std::function<bool(const std::filesystem::path&)>& condition);
 
-/// Throws UsageError when a file to be written is one of the inputs; empty ones are passed over.
+/// Throws UsageError if a file to be written is one of the inputs; skips empty paths.
 void refuse_input(const std::filesystem::path& output,
                   std::span<const std::filesystem::path> inputs);
 
-/// Throws UsageError for an output inside a folder that is read: the next reader would take its files for more of the same.
+/// Throws UsageError for an output inside an input folder: the next run would read its files as further input.
 void refuse_inside(const std::filesystem::path& output, std::span<const std::filesystem::path> input_folders);
 
 /// Names of the files in a sweep's folder.
 class SweepFolder {
  public:
-  /// `layer_endings`: of all files that may lie in layers/ (".wall.tif").
+  /// `layer_endings`: endings of all files that layers/ may contain (".wall.tif").
   SweepFolder(std::filesystem::path folder, std::size_t n_views, std::vector<std::string> layer_endings = {});
 
   const std::filesystem::path& path() const { return folder_; }
@@ -54,19 +54,19 @@ class SweepFolder {
   /// "layers/view_007.wall.tif" for ".wall.tif".
   std::string layer_name(std::size_t view, const std::string& ending) const;
 
-  /// SHA-256 of all files of views, as sha256sum writes and checks them.
+  /// SHA-256 of the recipe and of all files of views, as sha256sum writes and checks them.
   std::filesystem::path checksums() const { return folder_ / "SHA256SUMS"; }
 
   void create(bool with_layers) const;
 
-  /// Whether anything of a sweep is there.
+  /// Whether the folder contains any file or subfolder of a sweep.
   bool occupied() const;
 
-  /// Deletes what an earlier sweep wrote, of any number of views, and nothing else. The recipe goes
-  /// last: whatever stops this in the middle, the rest is still known as that sweep's.
+  /// Deletes what an earlier sweep wrote, of any number of views, and nothing else. Deletes the recipe last: after an
+  /// interruption, the remaining files can still be attributed to that sweep.
   void clear() const;
 
-  /// Deletes temporary files of a killed process. Only while the folder is locked.
+  /// Deletes temporary files of a killed process. Call it only while the folder is locked.
   void remove_temporary_files() const;
 
  private:
@@ -78,27 +78,28 @@ class SweepFolder {
   std::vector<std::string> layer_endings_;
 };
 
-/// Writes the files of one view, by their names relative to the folder: all of them appear or none. Then adds them to the
+/// Writes the files of one view, named relative to the folder: all of them appear or none. Then adds them to the
 /// checksums. Threads may call it. Throws Error.
 void write_view_files(const SweepFolder& folder, const std::vector<Checksums::File>& view_files, Checksums& checksums);
 
-/// Throws UsageError: other output is in the way, for this reason.
+/// Throws UsageError: other output occupies the folder, for the reason `why`.
 [[noreturn]] void refuse_place(const std::filesystem::path& folder, const std::string& why);
 
-/// Before long work: throws UsageError where a file, or output of another request, is in the folder's place, and Error
-/// where none can be written.
+/// Check before long work. Throws UsageError if the path is a file or contains output of another request, and Error
+/// if the folder cannot be written.
 void require_sweep_place(const SweepFolder& folder, const Json& request, bool overwrite);
 
-/// Writes a recipe, and its checksum into the list: with that, a recipe that is damaged later is
-/// known to be this one.
+/// Writes a recipe, and its checksum into the list. The checksum identifies the recipe if the file is damaged later.
 void write_recipe(const std::filesystem::path& path, const Json& recipe, const std::filesystem::path& checksums);
 
-/// Whether the file holds this recipe; or did, by the list of checksums, and is now damaged or gone: then it is written
-/// again. Throws UsageError for another recipe, and for one that is damaged and not known.
+/// Whether the file holds this recipe. If the checksums show that it did, and it is now damaged or missing, writes it
+/// again and returns true. Throws UsageError for another recipe, and for a damaged one that the checksums do not
+/// identify as this one.
 bool holds_recipe(const std::filesystem::path& path, const Json& recipe, const std::filesystem::path& checksums);
 
-/// Makes the folder that of this recipe: keeps what is there of the same one, empties it where `overwrite` or nothing is
-/// there. Only while the folder is locked. Throws UsageError as holds_recipe().
+/// Prepares the folder for this recipe. Without `overwrite`, keeps the output of the same recipe and refuses any
+/// other; else clears the folder and writes the recipe. Call it only while the folder is locked. Throws UsageError as
+/// holds_recipe().
 void take_sweep_place(const SweepFolder& folder, const Json& recipe, bool overwrite);
 
 }  // namespace sarnerf::app

@@ -33,7 +33,7 @@ std::filesystem::path full_path(const std::filesystem::path& path) {
 
 namespace {
 
-/// Whether the open file is still the one of this name: its last holder may have removed it meanwhile.
+/// Whether the path still names the open file: its last holder may have removed it meanwhile.
 bool is_at(int fd, const std::filesystem::path& path) {
   struct stat opened = {}, named = {};
   return ::fstat(fd, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
@@ -80,7 +80,7 @@ OutputLock::~OutputLock() { release(); }
 void OutputLock::take(const std::filesystem::path& file) {
   const std::filesystem::path path = lock_name(file);
   for (;;) {
-    // What cannot be created here, the output will complain of.
+    // If the lock file cannot be created, writing the output will report the error.
     const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (fd < 0) return;
     if (::flock(fd, LOCK_EX | LOCK_NB) == 0) {
@@ -102,7 +102,7 @@ void OutputLock::take(const std::filesystem::path& file) {
 
 void OutputLock::release() {
   for (const Held& held : held_) {
-    // Removed before it is free: whoever has opened it by now finds that it is no longer there.
+    // Removed before the lock is released: a process that has already opened the file finds that it is gone (is_at()).
     ::unlink(held.path.c_str());
     ::close(held.fd);
   }

@@ -7,18 +7,18 @@
 
 namespace sarnerf::app {
 
-/// The path without the slash that shells put behind folders.
+/// The path without the trailing slash that shells append to folders.
 std::filesystem::path without_slash(const std::filesystem::path& folder);
 
-/// The folder of a dataset: what was named, or where the dataset.json lies that was.
+/// The folder of a dataset, which is named by this folder or by its dataset.json.
 std::filesystem::path dataset_folder(const std::filesystem::path& dataset);
 
-/// Absolute, without links and dots and without a slash at its end: it ends in a name, which "." and ".." do not.
+/// The absolute path without links, dots and a trailing slash. It ends in a name, never in "." or "..".
 std::filesystem::path full_path(const std::filesystem::path& path);
 
-/// Keeps a second program from writing the same files while it lives; other files of their folders stay free. An empty
-/// file `.NAME.lock` lies beside each of them meanwhile. A killed process leaves it behind, without the lock: the next
-/// one takes it over. File systems that cannot lock are trusted.
+/// While it exists, no second program writes the same files; other files of their folders stay free. An empty file
+/// `.NAME.lock` lies beside each of them meanwhile. A killed process leaves it behind, unlocked, and the next process
+/// takes it over. File systems that cannot lock are trusted.
 class OutputLock {
  public:
   /// The folders must exist. Throws UsageError, which names the holder, when another program has one of the files.
@@ -38,12 +38,12 @@ class OutputLock {
   std::vector<Held> held_;
 };
 
-/// "sar_render (process 4711)": who holds the lock (flock) on an open file or folder; "another program" where the
-/// system does not say.
+/// The program that holds the lock (flock) on an open file or folder: "sar_render (process 4711)", or "another
+/// program" if the system does not report it.
 std::string lock_holder(int fd);
 
-/// Keeps a second program from writing into the same folder while it lives. Leaves no file behind, and
-/// ends with the process however that ends. File systems that cannot lock are trusted.
+/// While it exists, no second program writes into the same folder. It leaves no file behind, and ends with the
+/// process, even if that is killed. File systems that cannot lock are trusted.
 class FolderLock {
  public:
   /// Throws UsageError, which names the holder, when another program has the folder.

@@ -26,7 +26,7 @@ double clock_s(clockid_t clock) {
 
 double seconds_since_boot() { return clock_s(CLOCK_BOOTTIME); }
 
-/// Seconds from boot to the start of this process; now where the system does not tell.
+/// Seconds from boot to the start of this process; the present time if the system does not report it.
 double start_s() {
   std::ifstream stat("/proc/self/stat");
   std::string text;
@@ -41,9 +41,9 @@ double start_s() {
   if (!(fields >> ticks)) return seconds_since_boot();
   const double s = ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
   const double age_s = seconds_since_boot() - s;
-  // A shell may do other work in this process before it becomes the program, and clocks of containers may disagree:
-  // much more than the time spent computing so far, by loading libraries, is not ours. On a busy machine it may be a
-  // few times that.
+  // A shell may do other work in this process before it executes the program, and the clocks of containers may
+  // disagree. So an age far above the CPU time spent so far (loading libraries) is rejected. On a busy machine, the
+  // age may be a few times that CPU time.
   const double computed_s = clock_s(CLOCK_PROCESS_CPUTIME_ID);
   constexpr double kBusy = 4.0, kDisk_s = 0.2;
   return age_s >= 0.0 && age_s < kBusy * computed_s + kDisk_s ? s
@@ -81,7 +81,7 @@ std::optional<std::uint64_t> number_in(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-/// The number behind a name at the beginning of a line: "MemAvailable:   24056452 kB".
+/// The number that follows a word in a file: "MemAvailable:   24056452 kB".
 std::optional<std::uint64_t> number_behind(const std::filesystem::path& path, const std::string& name) {
   std::ifstream file(path);
   for (std::string word; file >> word;) {
@@ -91,8 +91,8 @@ std::optional<std::uint64_t> number_behind(const std::filesystem::path& path, co
   return std::nullopt;
 }
 
-/// What control groups (version 2) leave: the tightest from this process's own up to the root. Pages of files count as
-/// used there, although they are given up for others.
+/// Bytes that control groups (version 2) leave: the least from this process's own group up to the root. The groups
+/// count the page cache as used; it is subtracted here, because the system frees it when memory is needed.
 std::optional<std::uint64_t> left_in_groups() {
   const std::filesystem::path root = "/sys/fs/cgroup";
   std::ifstream groups("/proc/self/cgroup");

@@ -105,7 +105,7 @@ Checksums::Checksums(std::filesystem::path list) : list_(std::move(list)) {
   if (!std::filesystem::is_regular_file(list_, ignored)) return;
   std::istringstream in(read_whole_file(list_));
   for (std::string line; std::getline(in, line);) {
-    if (in.eof()) break;  // cut off: its name may be another one's beginning
+    if (in.eof()) break;  // the line was cut off: its name may be the beginning of another name
     // "<64 digits>  <name>"; a later line replaces an earlier one.
     if (line.size() <= kDigits + 2 || line.compare(kDigits, 2, "  ") != 0) continue;
     digest_[line.substr(kDigits + 2)] = line.substr(0, kDigits);
@@ -134,7 +134,7 @@ void Checksums::add(const std::vector<File>& files) {
   const std::scoped_lock lock(mutex_);
   for (auto& [name, digest] : fresh_digest) digest_[name] = std::move(digest);
   if (!out_.is_open()) {
-    // A line that was cut off must not swallow the next one.
+    // A line that was cut off must not merge with the next one.
     std::error_code ignored;
     const bool fresh = !std::filesystem::exists(list_, ignored) || std::filesystem::file_size(list_, ignored) == 0;
     out_.open(list_, std::ios::binary | std::ios::app);

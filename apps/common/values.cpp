@@ -18,7 +18,7 @@ namespace sarnerf::app {
 
 namespace {
 
-/// Beyond this a list of angles is a misplaced decimal point.
+/// A list of more angles is taken for a misplaced decimal point.
 constexpr double kMaxAngles = 1e6;
 constexpr int kMaxPixels = 65535;
 
@@ -28,7 +28,7 @@ constexpr int kMaxPixels = 65535;
 }
 
 std::optional<double> to_number(std::string_view text) {
-  // from_chars knows no plus sign.
+  // from_chars does not accept a plus sign.
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -46,7 +46,7 @@ std::vector<std::string_view> split(std::string_view text, std::string_view sepa
   }
 }
 
-/// Steps such as 0.1 are not binary fractions: what is meant is the decimal number.
+/// Steps such as 0.1 are not binary fractions: rounds to the decimal number that is meant.
 double without_rounding_noise(double angle_deg) { return std::round(angle_deg * 1e9) / 1e9; }
 
 }  // namespace
@@ -92,7 +92,7 @@ std::int64_t parse_whole(std::string_view option, std::string_view text, std::in
 }
 
 std::vector<double> parse_angles_deg(std::string_view option, std::string_view text) {
-  constexpr double kMostTurned = 36000.0;  // beyond, digits of the angle are lost
+  constexpr double kMostTurned = 36000.0;  // larger angles lose digits
   constexpr std::string_view kExpected =
       "degrees: a number, a range first:last:step such as 0:350:10, or a list of both such as 15,17,30";
   std::vector<double> angles;
@@ -116,7 +116,8 @@ std::vector<double> parse_angles_deg(std::string_view option, std::string_view t
       fail(option, "a range first:last:step whose step leads from first to last", item);
     }
     if (n_steps + double(angles.size()) > kMaxAngles) fail(option, "at most a million angles", item);
-    // A step that does not divide the range ends before the last; rounding must not end it too early.
+    // If the step does not divide the range, the list ends before `last`. The tolerance keeps rounding from ending it
+    // too early.
     const auto n_last = static_cast<long>(std::floor(n_steps + 1e-9));
     for (long n = 0; n <= n_last; ++n) {
       angles.push_back(without_rounding_noise(first + double(n) * step));
@@ -133,7 +134,7 @@ std::string unmet_end(std::string_view option, std::string_view text) {
     if (without_rounding_noise(*to_number(texts[1])) == last) continue;
     char stop[40];
     std::snprintf(stop, sizeof stop, "%.10g", last);
-    return std::string(option) + " " + std::string(item) + " stops at " + stop + ": its steps do not meet " +
+    return std::string(option) + " " + std::string(item) + " stops at " + stop + ": its step does not reach " +
            std::string(texts[1]);
   }
   return {};
@@ -290,7 +291,7 @@ std::string shown(const std::vector<double>& values) {
 std::string shown(const glm::dvec3& point) { return shown(std::vector{point.x, point.y, point.z}); }
 std::string shown(const std::pair<int, int>& size) { return std::to_string(size.first) + "x" + std::to_string(size.second); }
 
-/// One number where both are the same, as it may be given.
+/// One number if both are equal, which the option accepts too.
 std::string shown(const std::pair<double, double>& both) {
   const std::string first = shown(both.first);
   return both.first == both.second ? first : first + ',' + shown(both.second);
@@ -393,7 +394,7 @@ std::string line_of(std::string_view text, toml::source_index number) {
   return in_quotes(line);
 }
 
-/// The library's reason without its account of what it was doing.
+/// The library's reason without its prefix "Error while parsing ...: ".
 std::string reason(std::string_view description) {
   if (description.starts_with("Error while parsing")) {
     if (const auto colon = description.find(": "); colon != std::string_view::npos) {
@@ -403,7 +404,7 @@ std::string reason(std::string_view description) {
   return in_one_line(description, 200);
 }
 
-/// Each part of a dotted name is a table within another one, and toml++ frees them by one call a level: a file of
+/// Each part of a dotted name is a table within another one, and toml++ frees nested tables recursively: a file of
 /// some tens of kilobytes exhausts the stack. Flat files need no such names, and numbers have few dots.
 void require_shallow(std::string_view text, const std::string& file) {
   constexpr std::ptrdiff_t kMostDots = 4096;
@@ -420,7 +421,7 @@ toml::table parse(std::string_view text, const std::string& file) {
     const std::string why = reason(e.description());
     if (why.starts_with("cannot redefine")) {
       throw InputError(place(file, e.source()) + "the name in " + line_of(text, e.source().begin.line) +
-                       " stands twice; keep one of the lines");
+                       " is given twice; keep one of the lines");
     }
     throw InputError(place(file, e.source()) + "expected name = value, such as pitch = 45, with texts in quotes "
                      "as size = \"128x128\"; found " + line_of(text, e.source().begin.line) + " (" + why + ")");

@@ -17,8 +17,8 @@
 
 namespace sarnerf::app {
 
-// Texts of the command line to values. Each throws UsageError with the option's name, what was
-// expected, with an example, and what was found.
+// These functions convert texts of the command line to values. Each throws UsageError with the option's name, what
+// was expected (with an example), and what was found.
 
 /// A finite number.
 double parse_number(std::string_view option, std::string_view text);
@@ -29,7 +29,7 @@ double parse_positive(std::string_view option, std::string_view text);
 /// A number between two limits, both allowed.
 double parse_between(std::string_view option, std::string_view text, double least, double most);
 
-/// A part of one: "0.01" or "1%", between two limits, both allowed.
+/// A fraction: "0.01" or "1%", between two limits, both allowed.
 double parse_part(std::string_view option, std::string_view text, double least, double most);
 
 /// A whole number from `least` to `most`.
@@ -40,8 +40,7 @@ std::int64_t parse_whole(std::string_view option, std::string_view text, std::in
 /// separated by commas: "45", "0:350:10", "15,17,30:50:5". In the order given.
 std::vector<double> parse_angles_deg(std::string_view option, std::string_view text);
 
-/// One line when a range in the text of parse_angles_deg() does not arrive at its end, saying where it
-/// stops; else empty.
+/// One line that reports where a range in the text of parse_angles_deg() stops, if it does not reach its end; else empty.
 std::string unmet_end(std::string_view option, std::string_view text);
 
 /// "128x128" or "128,128": azimuth × range; one number is a square.
@@ -65,23 +64,23 @@ double parse_seconds(std::string_view option, std::string_view text);
 /// "1.5 GiB".
 std::string bytes_text(std::uint64_t bytes);
 
-/// Limits of altitude and slant range: beyond the moon's orbit, or on a laboratory's table, nothing is a SAR.
+/// Limits of altitude and slant range. No SAR is closer than a laboratory's table or farther than the moon's orbit.
 inline constexpr double kNearestRadar_m = 1e-3, kFarthestRadar_m = 1e9;
 
-/// Incidences (deg) of --pitch or --depression, as parse_angles_deg() reads them; none where both are empty. Throws
-/// UsageError for angles that no view can have and where the two contradict each other.
+/// Incidences (deg) from --pitch or --depression, as parse_angles_deg() reads them; empty if both texts are empty.
+/// Throws UsageError for angles outside 0 to 90 degrees (both excluded), and if the two contradict each other.
 std::vector<double> incidences_deg(const std::string& pitch, const std::string& depression);
 
-/// What an option takes. CommandLine::add() binds it to the place of the value.
+/// The kind of value that an option takes. CommandLine::add() binds it to a variable.
 template <class T>
 struct Kind {
   std::string type;  ///< its name in help: "M", "N|auto"
-  /// The value of a text; throws UsageError with the option's name.
+  /// Converts a text to a value; throws UsageError with the option's name.
   std::function<T(const std::string& option, const std::string& text)> read;
-  std::function<std::string(const T&)> show;  ///< the text of a default in help; help passes over an empty one
+  std::function<std::string(const T&)> show;  ///< the text of a default in help; help omits an empty one
   std::vector<std::string> names = {};        ///< unless empty, the parser itself refuses all other texts
 
-  /// The same, after a function that throws UsageError for some of the texts.
+  /// The same kind with a check before it reads: `refuse` throws UsageError for some of the texts.
   Kind checked(std::function<void(const std::string& option, const std::string& text)> refuse) const {
     Kind kind = *this;
     kind.read = [=, read = read](const auto& option, const auto& text) {
@@ -91,14 +90,14 @@ struct Kind {
     return kind;
   }
 
-  /// The same, and one word for a value that no other text has: "N|auto", 0.
+  /// The same kind plus one word for a value that no other text has: "N|auto", 0.
   Kind or_word(const std::string& word, const T& meaning) const {
     return {type + "|" + word,
             [=, read = read](const auto& option, const auto& text) { return text == word ? meaning : read(option, text); },
             [=, show = show](const T& value) { return value == meaning ? word : show(value); }};
   }
 
-  /// The same, and one word for no value.
+  /// The same kind plus one word for an empty value.
   Kind<std::optional<T>> or_word(const std::string& word) const {
     return {type + "|" + word,
             [=, read = read](const auto& option, const auto& text) {
@@ -108,7 +107,7 @@ struct Kind {
   }
 };
 
-// Kinds over the functions above. `type` is the name in help.
+// Kinds that use the functions above. `type` is the name in help.
 Kind<std::string> text(std::string type);
 Kind<std::filesystem::path> path(std::string type);
 Kind<double> number(std::string type);
@@ -123,7 +122,7 @@ Kind<glm::dvec3> point_m();
 Kind<double> units_m();
 Kind<double> seconds();
 
-/// One of some words, each for a value. `type` is all words unless help calls it otherwise.
+/// One of several words, each of which stands for a value. Without a `type`, help lists all words.
 template <class T>
 Kind<T> one_of(const std::vector<std::pair<std::string, T>>& words, std::string type = {}) {
   const bool all = type.empty();
@@ -137,7 +136,7 @@ Kind<T> one_of(const std::vector<std::pair<std::string, T>>& words, std::string 
           [=](const T& value) { return std::ranges::find(words, value, &Word::second)->first; }, names};
 }
 
-/// Whatever a function makes of the text; `shown` is the default in help.
+/// The result of a function of the text; `shown` is the default in help.
 template <class Make>
 auto made_by(std::string type, Make make, std::string shown = {}) {
   using T = std::decay_t<std::invoke_result_t<Make, const std::string&>>;
@@ -152,8 +151,8 @@ struct FlatItem {
   int line = 0;                     ///< from 1
 };
 
-/// Reads a TOML file without sections; `file` goes into messages. Throws InputError with file and line for
-/// whatever TOML does not allow, for sections, dates and lists of lists, and for names of thousands of parts.
+/// Reads a TOML file without sections; `file` goes into messages. Throws InputError with file and line for invalid
+/// TOML, sections, dates, and empty or nested lists, and with the file alone for one with thousands of dots.
 std::vector<FlatItem> read_flat_toml(std::istream& input, const std::string& file);
 
 }  // namespace sarnerf::app

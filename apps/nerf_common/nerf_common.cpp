@@ -35,7 +35,7 @@ Holdout parse_holdout(const std::string& text) {
   return {Holdout::Kind::count, static_cast<double>(parse_whole("--holdout", text, 0, 10'000'000)), text};
 }
 
-std::vector<std::size_t> spread_places(std::size_t count, std::size_t most) {
+std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most) {
   const std::size_t n = std::min(count, most);
   std::vector<std::size_t> places(n);
   for (std::size_t k = 0; k < n; ++k) places[k] = (2 * k + 1) * count / (2 * n);
@@ -67,7 +67,7 @@ std::vector<std::size_t> held_out_views(std::span<const DatasetView> views,
            std::tie(views[b].azimuth_deg, views[b].incidence_deg);
   });
   std::vector<std::size_t> chosen;
-  for (const std::size_t place : spread_places(n_views, n)) chosen.push_back(order[place]);
+  for (const std::size_t place : spread_indices(n_views, n)) chosen.push_back(order[place]);
   std::sort(chosen.begin(), chosen.end());
   return chosen;
 }
@@ -96,8 +96,8 @@ std::optional<DespeckledTruth> despeckled_if_asked(double despeckle_deg,
   DespeckledTruth truth = despeckled_truth(unseen, rad_from_deg(despeckle_deg));
   if (!truth.views.empty()) return truth;
   throw UsageError("--despeckle: of " + counted(unseen.size(), "unseen view") +
-                   " none has two more within its degrees of azimuth, one to be averaged "
-                   "with and one to compare; allow more degrees, or leave it out");
+                   " none has two neighbours within that azimuth, one to average with and one to compare with; allow more "
+                   "degrees, or leave it out");
 }
 
 std::string despeckled_title(double despeckle_deg, const DespeckledTruth& truth) {
@@ -121,6 +121,18 @@ std::string lpips_missing(const std::filesystem::path& weights, std::span<const 
   return small ? "images have sides shorter than the " +
                      std::to_string(Lpips::kSmallestSide_pixels) + " pixels that it needs"
                : "";
+}
+
+RegisteredSet registered_training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights,
+                                      const std::optional<Resolution>& resolution, const GroundRule& ground_rule,
+                                      const Monitor& monitor) {
+  register_views(images, kCut_pixels, 0.0, monitor);
+  RegisteredSet result{training_set(std::move(images), scene_box_m, heights, resolution, ground_rule), {}};
+  result.set.exact_poses = false;
+  for (const PosedImage& image : result.set.images) result.registered.push_back(image.acquisition);
+  for (auto* list : {&result.set.images, &result.set.deconvolved})
+    for (PosedImage& image : *list) image.acquisition.azimuth_shift_m = image.acquisition.range_shift_m = 0.0;
+  return result;
 }
 
 Kind<ResolutionChoice> resolution_choice() {
@@ -204,7 +216,7 @@ std::string fixed_or_dash(const std::optional<double>& value, int digits) {
   return value ? fixed(*value, digits) : "-";
 }
 
-/// The rows of a table: the prediction, the baselines, what bounds them.
+/// The rows of a table: the prediction, the baselines, the bounds.
 std::vector<std::pair<std::string, const MethodScores*>> methods_of(const Evaluation& evaluation,
                                                                     const std::string& model) {
   std::vector<std::pair<std::string, const MethodScores*>> methods;
@@ -230,7 +242,7 @@ std::string background_table(const Evaluation& evaluation, const std::string& mo
                                       {"looks", Align::right},
                                       {"IoU target", Align::right},
                                       {"IoU shadow", Align::right},
-                                      {"scatterers off by (m)", Align::right}},
+                                      {"scatterer position error (m)", Align::right}},
                                      rows);
   if (looks_of_truth) table += "\nlooks of the truth: " + fixed(*looks_of_truth, 1) + "\n";
   return table;
@@ -282,7 +294,7 @@ std::string evaluation_table(const Evaluation& evaluation, const std::string& mo
 namespace {
 
 constexpr int kGap = 2;
-constexpr double kFullColour = 0.25;  ///< of the peak
+constexpr double kFullColour = 0.25;  ///< fraction of the peak
 
 Colour grey(std::uint8_t level) { return {level, level, level}; }
 

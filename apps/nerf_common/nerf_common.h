@@ -13,6 +13,7 @@
 #include "sarnerf/core/impulse_response.h"
 #include "sarnerf/dataset/manifest.h"
 #include "sarnerf/evaluation/evaluation.h"
+#include "sarnerf/nerf/training_set.h"
 #include "values.h"
 
 namespace sarnerf::app {
@@ -22,74 +23,87 @@ struct Holdout {
   enum class Kind { automatic, count, part };
   Kind kind = Kind::automatic;
   double value = 0.0;
-  std::string text = "auto";  ///< as it was given
+  std::string text = "auto";  ///< as given
 };
 
-/// "auto", a count or a part ("0.1", "10%"). Throws UsageError.
+/// Reads "auto", a count or a fraction ("0.1", "10%"). Throws UsageError.
 Holdout parse_holdout(const std::string& text);
 
-/// Places of the views to hold out, in the dataset's order: evenly spread in the order of azimuth, then incidence.
-/// `automatic`: every twelfth where there are at least 48, else none, for every view counts there. Throws UsageError
-/// when no view is left to learn from.
+/// Indices of the views to hold out, ascending. They are evenly spread over the views sorted by azimuth, then
+/// incidence. `automatic`: every twelfth view if there are at least 48, else none, because a small dataset needs
+/// every view. Throws UsageError if no view is left to learn from.
 std::vector<std::size_t> held_out_views(std::span<const DatasetView> views, const Holdout& holdout);
 
-/// Up to `most` of `count` places, evenly spread, the first quarter step in.
-std::vector<std::size_t> spread_places(std::size_t count, std::size_t most);
+/// Up to `most` of `count` indices, evenly spread; the first is half a step in.
+std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most);
 
-/// Whether two views were taken from the same direction, to a millionth of a degree, and side.
+/// Whether two views have the same azimuth and incidence, to a millionth of a degree, and the same look side.
 bool same_angles(const DatasetView& a, const DatasetView& b);
 
-/// Places of the views whose angles no training view has.
+/// Indices of the views whose angles no training view has.
 std::vector<std::size_t> unseen_views(std::span<const DatasetView> views,
                                       std::span<const DatasetView> training);
 
-/// What --despeckle takes: degrees, at most 90; 0 for "off".
+/// The value of --despeckle: degrees, at most 90; 0 for "off".
 Kind<double> despeckle_degrees();
 
-/// The despeckled truth of views that nobody trained on; none where the option is off. Throws UsageError where no view
-/// has the neighbours that it takes.
+/// The despeckled truth of views that were not trained on; nothing if the option is off. Throws UsageError if no view
+/// has the neighbours that this needs.
 std::optional<DespeckledTruth> despeckled_if_asked(double despeckle_deg,
                                                    std::span<const PosedImage> unseen);
 
-/// What the truth is, above its table.
+/// Title of the table: describes the despeckled truth.
 std::string despeckled_title(double despeckle_deg, const DespeckledTruth& truth);
 
-/// The distance of --lpips; empty without a file. Images that are too small for the network have none: see
-/// lpips_missing(). Throws InputError for a bad file.
+/// The LPIPS distance with the weights of --lpips; empty without a file. Images that are too small for the network
+/// have none: see lpips_missing(). Throws InputError for a bad file.
 ImageDistance load_lpips(const std::filesystem::path& weights);
 
-/// Why these views have no LPIPS; empty where they have it.
+/// The reason why these views have no LPIPS; empty if they have it.
 std::string lpips_missing(const std::filesystem::path& weights, std::span<const PosedImage> views);
 
-/// What --resolution and --window say: an impulse response, none, or that others know.
+/// A training set of views that are registered, and the acquisitions that their correlation found: with shifts.
+struct RegisteredSet {
+  TrainingSet set;
+  std::vector<Acquisition> registered;
+};
+
+/// training_set() of views whose poses are not exact. Registers the views to one another first (register_views()), since the
+/// ground's height shows in views that fit onto one another. The set itself has shifts of 0: the field learns its own. Neighbouring
+/// views hardly constrain shifts that vary slowly with azimuth, and a field that starts from a wrong shift keeps it.
+RegisteredSet registered_training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {},
+                                      const std::optional<Resolution>& resolution = {}, const GroundRule& ground_rule = {},
+                                      const Monitor& monitor = {});
+
+/// The choice of --resolution and --window: an impulse response, none, or automatic (the one that is known from elsewhere).
 struct ResolutionChoice {
   bool automatic = true;
-  std::optional<Resolution> resolution;  ///< unless automatic
+  std::optional<Resolution> resolution;  ///< ignored if automatic
 
-  /// What is chosen where `known` is what is known.
+  /// The impulse response to use: `known` if the choice is automatic, else the one chosen.
   std::optional<Resolution> or_else(const std::optional<Resolution>& known) const { return automatic ? known : resolution; }
 };
 
-/// What --resolution takes: "auto", "none" or metres.
+/// The value of --resolution: "auto", "none" or metres.
 Kind<ResolutionChoice> resolution_choice();
 
-/// What --window takes: the same choice with a window, which only metres can have.
+/// The value of --window: the same choice with a window, which needs a resolution in metres. Throws UsageError without one.
 Kind<ResolutionChoice> window_of(const ResolutionChoice& choice);
 
 /// "0.305 x 0.305 m (azimuth x range), window taylor:-35,4"
 std::string resolution_text(const Resolution& resolution);
 
-/// The evaluation as JSON: peak, mask, and for each method its means and its scores view by view; what needs a
-/// background, and bounds, where there are any.
+/// The evaluation as JSON: peak, mask, and for each method its means and its scores view by view. Scores that need a
+/// background, and bounds, appear where there are any.
 Json evaluation_json(const Evaluation& evaluation);
 
 /// Means of all methods as a Markdown table, the prediction first; `model` is its name there. A second table follows
 /// where the views have a background.
 std::string evaluation_table(const Evaluation& evaluation, const std::string& model);
 
-/// A PNG for the eye: images side by side, and last the difference of a prediction from its truth. Images in decibels of one
-/// scale, white at `white`, of power; the difference is linear in what truth and prediction hold, prediction minus truth: red
-/// above, blue below, grey where equal, full colour at a quarter of `peak`. All of one size.
+/// A PNG for the eye: images side by side, and last the difference prediction minus truth. Images show power in
+/// decibels on one scale, white at `white`. The difference is linear in the values of truth and prediction: red
+/// above, blue below, grey where equal, full colour at a quarter of `peak`. All images have one size.
 std::vector<std::byte> comparison_picture(std::span<const Image<float>* const> images, const Image<float>& truth,
                                           const Image<float>& prediction, float white, float peak);
 

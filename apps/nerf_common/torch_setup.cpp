@@ -14,7 +14,7 @@ namespace sarnerf::app {
 
 namespace {
 
-/// The library for matrix products, by a function that it alone has.
+/// The library for matrix products, recognised by a function that only it has.
 const char* blas_name() {
   constexpr const char* kLibraries[][2] = {{"OpenBLAS", "openblas_set_num_threads"},
                                            {"MKL", "MKL_Set_Num_Threads"},
@@ -29,10 +29,10 @@ const char* blas_name() {
 
 void use_torch_threads(int n_threads) {
   at::set_num_threads(n_threads);
-  // Once only: a second call is an error to LibTorch.
+  // LibTorch refuses a second call.
   static const bool first = (at::set_num_interop_threads(1), true);
   (void)first;
-  // OpenBLAS with threads of its own does not know of LibTorch's; it is there or not, as the user installed it.
+  // OpenBLAS with its own threads ignores LibTorch's setting. Whether it is there depends on what the user installed.
   using SetThreads = void (*)(int);
   if (void* set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))
     reinterpret_cast<SetThreads>(set)(n_threads);

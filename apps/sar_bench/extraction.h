@@ -16,15 +16,15 @@
 
 namespace sarnerf::bench {
 
-/// The loop that is measured: images of a mesh, a field learned from them, the body taken out of that, compared with the
-/// mesh. Each step is the program of that name, as people run it.
+/// Options of the measured loop: render images of a mesh, learn a field from them, extract the body from the field,
+/// compare it with the mesh. Each step runs the program itself, as users run it.
 struct ExtractionOptions {
   std::vector<std::string> scene_files;
   double scale = 1.0;                 ///< of the scenes' coordinates
   std::string ground_height = "auto"; ///< m, for sar_extract
   std::string field = "grid";
   std::string surfaces = "auto";      ///< of sar_nerf_train
-  /// Azimuths, evenly around, at 45°; with "xN" at N pitches from 35° to 55°.
+  /// Numbers of azimuths, evenly around, at 45°; with "xN" at each of N pitches from 35° to 55°.
   std::vector<std::string> views{"12", "24", "36", "72", "36x11"};
   std::vector<std::string> times{"2s", "5s", "10s", "20s", "60s"};
   int n_seeds = 1;
@@ -40,10 +40,10 @@ struct ViewSet {
   std::string text() const;  ///< "36" or "36x11"
 };
 
-/// Of such a text. Throws UsageError.
+/// Reads such a text. Throws UsageError.
 ViewSet parse_view_set(const std::string& text);
 
-/// One field, learned once.
+/// One training, and the extraction from its field.
 struct ExtractionRun {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   std::string scene;
@@ -52,31 +52,30 @@ struct ExtractionRun {
   std::uint64_t seed = 1;
   std::string failed;                    ///< why nothing was measured; else empty
   double training_s = kUnknown;          ///< of the whole program, its start included
-  double extraction_s = kUnknown;        ///< the same, less the scoring
+  double extraction_s = kUnknown;        ///< of the whole program, without the scoring
   double iou = kUnknown;
-  double chamfer_m = kUnknown;           ///< over the surface that some training view sees
+  double chamfer_m = kUnknown;           ///< over the surface that at least one training view sees
   double hausdorff_m = kUnknown;         ///< the same
-  double carving_iou = kUnknown;         ///< of carving alone, on the voxels that were extracted
+  double carving_iou = kUnknown;         ///< of carving alone, on the voxels of the extraction
   double carving_chamfer_m = kUnknown;   ///< the same, over the visible surface
 };
 
-/// Renders, learns and extracts: every scene by view sets by times by seeds, each training a run of its own. Data, models and
-/// volumes stay in the output folder; `finished` is called after each run with all there are. What cannot be learned in
-/// its time is told to the console and kept as failed. Throws UsageError, Error where a scene cannot be rendered,
-/// Interrupted.
+/// Renders, learns and extracts for every combination of scene, view set, time and seed; each has its own training. Data,
+/// models and volumes stay in the output folder. Calls `finished` after each run with all runs so far. Reports a failed run on
+/// the console and keeps it as failed. Throws UsageError, Error if a scene cannot be rendered, Interrupted.
 void study_extraction(const ExtractionOptions& options, app::Console& console,
                       const std::function<void(const std::vector<ExtractionRun>&)>& finished);
 
-/// Measures, and writes extraction.json, extraction.md and the diagrams into the output folder, anew after each run; prints
-/// the table. Throws UsageError where another study is in the way.
+/// Runs the study. Writes extraction.json, extraction.md and the diagrams into the output folder anew after each run,
+/// and prints the table at the end. Throws UsageError if another study is in the way.
 void run_extraction_command(const ExtractionOptions& options, app::Console& console);
 
-/// Runs that differ by their seed alone.
+/// Runs that differ only in their seed.
 struct ExtractionGroup {
   std::string scene;
   ViewSet views;
   double planned_s = 0.0;
-  std::vector<const ExtractionRun*> ended;  ///< of them, those that did not fail
+  std::vector<const ExtractionRun*> ended;  ///< the runs that did not fail
 };
 
 /// In the order of their first run.
@@ -85,15 +84,15 @@ std::vector<ExtractionGroup> groups_of(const std::vector<ExtractionRun>& runs);
 /// A quantity of a run, as &ExtractionRun::iou.
 using ExtractionQuantity = double ExtractionRun::*;
 
-/// Over the seeds. Not a number where nothing was measured.
+/// Mean and range over the seeds; not a number if nothing was measured.
 struct Spread {
   double mean = ExtractionRun::kUnknown, least = ExtractionRun::kUnknown, most = ExtractionRun::kUnknown;
 };
 Spread spread_of(const ExtractionGroup& group, ExtractionQuantity quantity);
 
-/// Diagrams and the names of their files: for each scene IoU and visible-surface Chamfer distance, against seconds of training
-/// (a line for each set of views) and against the number of views (a line for each planned time, and carving). Means over
-/// seeds, bars from the least to the largest. Without what failed.
+/// Diagrams and the names of their files: for each scene IoU and visible-surface Chamfer distance, against seconds of
+/// training (a line for each set of views) and against the number of views (a line for each planned time, and
+/// carving). Means over seeds, bars from the least to the largest. Failed runs are left out.
 std::vector<std::pair<std::string, Plot>> extraction_diagrams(const std::vector<ExtractionRun>& runs);
 
 /// A row for each scene, set of views and time, means over seeds, in Markdown.

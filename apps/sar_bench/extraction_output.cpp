@@ -88,7 +88,7 @@ nlohmann::json extraction_json(const std::vector<ExtractionRun>& runs) {
 
 namespace {
 
-/// What is measured of a body, and of carving alone.
+/// A quantity of the extracted body and of carving alone.
 struct Measure {
   const char* name;  ///< of files
   const char* label;
@@ -105,7 +105,7 @@ PlotPoint point(double x, const Spread& y) {
 
 using Groups = std::vector<ExtractionGroup>;
 
-/// A series for each of the groups' `keys`, in their order, named as `name` says.
+/// A series for each different `name` of the groups, in the order of the groups.
 std::vector<PlotSeries> series_of(const Groups& groups, const Measure& measure,
                                   const std::function<std::string(const ExtractionGroup&)>& name,
                                   const std::function<double(const ExtractionGroup&)>& x) {
@@ -152,7 +152,7 @@ Plot against_views(const std::string& scene, const Groups& groups, const Measure
   plot.subtitle = pitches ? "evenly around, at 45°; the largest sets at several pitches, 35° to 55°" : "evenly around, at 45°";
   const auto count = [](const ExtractionGroup& g) { return static_cast<double>(g.views.count()); };
   plot.series = series_of(groups, measure, [](const ExtractionGroup& g) { return format("%g s of training", g.planned_s); }, count);
-  std::map<int, Spread> carved;  // much the same for every time
+  std::map<int, Spread> carved;  // nearly the same for every planned time
   for (const ExtractionGroup& group : groups) {
     const Spread y = spread_of(group, measure.of_carving);
     if (std::isfinite(y.mean)) carved[group.views.count()] = y;

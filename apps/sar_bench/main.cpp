@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// sar_bench: what a render costs, beside what it must cost at least, and what accuracy that buys.
+// sar_bench: the cost of a render beside its lower bound, and the accuracy that this cost buys.
 #include <CLI/CLI.hpp>
 
 #include "console.h"
@@ -121,7 +121,7 @@ CLI::App& add_scenes_command(CLI::App& app, sarnerf::bench::ScenesOptions& o) {
   return command;
 }
 
-/// What a study of these options measures: a line each, for --dry-run.
+/// The parts that a study with these options measures, a line each, for --dry-run.
 std::string plan_text(const std::string& study, const Options& o) {
   const bool generated = o.study.scene_files.empty();
   std::string text = "plan\n  study      " + study + (o.study.quick ? ", quick" : "") + "\n";
@@ -183,7 +183,7 @@ nlohmann::json run_accuracy(const Options& o) {
   return {{"environment", environment()}, {"accuracy", accuracy_json(scenes)}};
 }
 
-/// Says which study was asked for and which there are.
+/// Throws UsageError with the study that was requested and those that exist.
 [[noreturn]] void throw_unknown_study(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* study : app.get_subcommands({})) names.push_back(study->get_name());
@@ -194,7 +194,7 @@ nlohmann::json run_accuracy(const Options& o) {
   throw sarnerf::UsageError(expected + ", found '" + found.back() + "'" + (close.empty() ? "" : " (" + close + "?)"));
 }
 
-/// The result must not be written over what is measured.
+/// Throws UsageError if the result would be written over an input.
 void refuse_to_replace(const std::filesystem::path& result, const std::filesystem::path& input) {
   std::error_code ignored;
   if (!result.empty() && std::filesystem::equivalent(result, input, ignored)) {
@@ -263,7 +263,7 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
     refuse_to_replace(o.table_file, input);
   }
   refuse_to_replace(o.json_file, o.study.load.materials_file);
-  // Not after minutes of measuring.
+  // Checked here, not after minutes of measuring.
   for (const std::filesystem::path result_file : {o.json_file, o.table_file, o.diagrams}) {
     if (result_file.empty()) continue;
     const auto folder = result_file.parent_path();

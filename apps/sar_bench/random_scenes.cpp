@@ -21,8 +21,9 @@ namespace {
 
 using Pieces = std::vector<ScenePiece>;
 
-/// Draws that come out the same on every platform; those of the standard library's distributions need not. C++ leaves the
-/// order of a call's arguments open: two draws stand in braces, which fix their order, or in statements of their own.
+/// Random numbers that are the same on every platform; those of the standard library's distributions need not be. C++
+/// does not define in which order the arguments of a call are evaluated: two draws stand in braces, which fix their
+/// order, or in separate statements.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : bits_(seed) {}
@@ -44,7 +45,7 @@ class Random {
   std::mt19937_64 bits_;
 };
 
-/// To whole steps, `n_steps` a unit: what mathematics libraries differ by does not reach the files.
+/// Rounds to multiples of 1 / n_steps, so that differences between mathematics libraries do not reach the files.
 double rounded(double value, double n_steps) { return std::round(value * n_steps) / n_steps; }
 
 // Closed meshes. All but the free forms are lofts: rings of corners one behind the other, joined by walls.
@@ -85,7 +86,7 @@ Ring polygon(const glm::dvec3& centre, const glm::dvec3& u, const glm::dvec3& v,
 ScenePiece cylinder(const std::string& group, const std::string& material, const glm::dvec3& from, const glm::dvec3& to,
                     double radius, int n_facets) {
   const glm::dvec3 axis = glm::normalize(to - from);
-  // Up or, for what stands, across; a wheel then has a corner at its lowest point.
+  // Near the vertical or, for a standing cylinder, near X; a wheel then has a corner at its lowest point.
   const glm::dvec3 near_v = std::abs(axis.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
   const glm::dvec3 u = glm::normalize(glm::cross(near_v, axis)), v = glm::cross(axis, u);
   return loft(group, material,
@@ -130,7 +131,7 @@ void fit(Pieces& pieces, double length_m, double height_m) {
 
 // Solids.
 
-/// An ellipsoid that touches y = 0, or the upper half of one; half-axes of 1 to 2, as high as a prism.
+/// An ellipsoid that touches y = 0, or the upper half of one; horizontal half-axes of 1 to 2, as high as a prism.
 ScenePiece round_solid(Random& random, const std::string& group) {
   constexpr int kAround = 32, kBands = 16;
   const glm::dvec3 half{random.uniform(1.0, 2.0), random.uniform(1.0, 2.5), random.uniform(1.0, 2.0)};
@@ -155,7 +156,7 @@ ScenePiece tapered_prism(Random& random, const std::string& group) {
   return loft(group, group, {polygon({0, 0, 0}, u, v, n_corners), polygon({0, half.y, 0}, taper * u, taper * v, n_corners)});
 }
 
-/// One to three, each beside the first or on the one before it.
+/// One to three solids, each beside the first or on the one before it.
 Pieces random_solids(Random& random) {
   Pieces pieces;
   glm::dvec3 foot{0.0};
@@ -165,7 +166,7 @@ Pieces random_solids(Random& random) {
     ScenePiece solid = random.chance(0.3) ? round_solid(random, group) : tapered_prism(random, group);
     turn_about_y(solid, random.angle_rad());
     if (n > 1 && random.chance(0.5)) {
-      // Sunk, since a dome carries nothing on its tip; off the axis by less than the slimmest top is wide.
+      // Sunk into the solid below, since a dome ends in a tip; off the axis by less than the slimmest top is wide.
       foot += glm::dvec3{random.uniform(-0.1, 0.1), 0.0, random.uniform(-0.1, 0.1)};
       foot.y = box_of(std::span(pieces).last(1)).max.y * random.uniform(0.8, 0.95);
     } else if (n > 1) {
@@ -251,7 +252,7 @@ Pieces random_building(Random& random) {
 
 // Vehicles.
 
-/// Bow toward +X.
+/// A vehicle with its bow toward +X.
 Pieces random_vehicle(Random& random) {
   const double length_m = random.uniform(7.2, 9.8), half_width_m = random.uniform(1.2, 1.6);
   const bool has_turret = random.chance(0.5), has_barrel = has_turret && random.chance(0.7);
@@ -282,7 +283,7 @@ Pieces random_vehicle(Random& random) {
     }
   }
 
-  const double sunk = top - 0.05;  // no face of what stands on the deck lies in it
+  const double sunk = top - 0.05;  // no face of a part on the deck lies in the deck's plane
   if (has_turret) {
     const double x = 0.5 * (rear + bow) + (bow - rear) * random.uniform(-0.1, 0.1);
     const double base_m = half_width_m * random.uniform(0.7, 0.95), taper = random.uniform(0.6, 0.9);
@@ -376,7 +377,7 @@ ScenePiece free_form(Random& random, const std::string& group) {
   return body;
 }
 
-/// One, or two side by side.
+/// One free form, or two side by side.
 Pieces random_free_forms(Random& random) {
   Pieces pieces{free_form(random, "body_1")};
   if (random.chance(0.5)) {
@@ -391,7 +392,7 @@ Pieces random_free_forms(Random& random) {
 
 // Scenes.
 
-/// One for each name in the pieces; in half of all scenes one of them is checkered.
+/// One material for each name in the pieces; in half of all scenes one of them is checkered.
 std::vector<Material> random_materials(Random& random, const Pieces& pieces) {
   std::vector<Material> materials;
   for (const ScenePiece& piece : pieces) {
@@ -412,7 +413,7 @@ std::vector<Material> random_materials(Random& random, const Pieces& pieces) {
   return materials;
 }
 
-/// Over the origin, on y = 0, in whole tenths of a millimetre.
+/// Centres the pieces over the origin, and rounds coordinates to whole tenths of a millimetre, none below y = 0.
 void place(Pieces& pieces) {
   constexpr double kPerMetre = 1e4;
   const glm::dvec3 centre = box_of(pieces).centre();

@@ -17,7 +17,7 @@ class Console;
 
 namespace sarnerf::bench {
 
-/// What a generated scene shows; a seed's remainder modulo 4.
+/// Kind of object in a generated scene: the seed's remainder modulo 4.
 enum class SceneKind { free_form = 0, solid = 1, building = 2, vehicle = 3 };
 
 SceneKind kind_of(std::uint64_t seed);
@@ -32,7 +32,7 @@ struct ScenePiece {
   std::vector<glm::uvec3> triangles;
 };
 
-/// A generated object. No constant of learning was chosen on one: they show whether those constants hold on other objects.
+/// A generated object. No constant of learning was chosen on such objects: they test whether the constants hold for others.
 ///
 /// Metres, Y up. The object stands on y = 0 and its box is centred over the origin. Coordinates are whole tenths of a
 /// millimetre, as in the file. Pieces cut through each other; none has a face or an edge in common with another.
@@ -40,7 +40,7 @@ struct RandomScene {
   std::string name;  ///< "101_solid"
   std::vector<ScenePiece> pieces;
   std::vector<Material> materials;  ///< of the pieces, four at most
-  int turn_deg = 0;                 ///< about Y, from the mesh to the scene: no wall along an axis of a learned grid
+  int turn_deg = 0;                 ///< about Y, from mesh to scene, so that no wall is along an axis of a learned grid
 };
 
 /// The scene of a seed, the same on every platform. Before it is turned:
@@ -66,9 +66,9 @@ struct ScenesOptions {
   bool overwrite = false, quiet = false, dry_run = false;
 };
 
-/// Writes scene.obj and scene.json of each seed into a folder of the scene's name below `output`, and prints the paths of
-/// the scene files. Throws UsageError for seeds that are none, and before anything is written where another file is in
-/// the way; a file that holds the same bytes is left alone.
+/// Writes scene.obj and scene.json of each seed into a folder of the scene's name below `output`, and prints the
+/// paths of the scene files. Throws UsageError for invalid seeds and, before anything is written, if another file is
+/// in the way. Leaves a file that has the same bytes as it is.
 void run_scenes_command(const ScenesOptions& options, app::Console& console);
 
 }  // namespace sarnerf::bench

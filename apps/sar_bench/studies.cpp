@@ -21,7 +21,7 @@ namespace sarnerf::bench {
 
 namespace {
 
-/// Rays of 128 bins through a fog with some denser spots: what training sees.
+/// Rays of 128 bins through a fog with some denser spots, as in training.
 struct Workload {
   static constexpr std::uint32_t kRays = 4096, kBins = 128;
   std::vector<std::uint32_t> ray_begin, ray_row, bin;
@@ -106,7 +106,7 @@ namespace fs = std::filesystem;
 
 nlohmann::json study_sweep(const StudyOptions& options) {
   const fs::path program = program_beside("sar_render");
-  // A fresh folder of our own: only what lies in it is ever removed.
+  // A new folder of our own: only its content is ever removed.
   std::string place = (fs::temp_directory_path() / "sar_bench_sweep_XXXXXX").string();
   if (::mkdtemp(place.data()) == nullptr) throw Error("cannot create a folder like " + place);
   const fs::path folder = fs::path(place) / "sweep";
@@ -145,7 +145,7 @@ nlohmann::json study_threads(const StudyOptions& options, int n_threads) {
         engine.render(plan);
       };
     };
-    // Plans count threads.
+    // The memory and time of a plan depend on the number of threads.
     ViewPlan surface_plan = surface.plan(view, {}), voxel_plan = voxel.plan(view, {});
     surface_plan.error.estimate = voxel_plan.error.estimate = false;
     const auto times = run_in_turn({render(surface, surface_plan, 1), render(surface, surface_plan, n_threads),

@@ -16,7 +16,7 @@
 
 namespace sarnerf::bench {
 
-/// What all studies share.
+/// Options common to all studies.
 struct StudyOptions {
   std::vector<std::string> scene_files;  ///< rendered at 45° from 10 km unless said otherwise
   LoadOptions load;
@@ -33,7 +33,7 @@ struct StudyOptions {
 /// single-ray tracing of the full ray grid; one entry a scene. One thread.
 nlohmann::json study_engine(const StudyOptions& options);
 
-/// Both engines on one thread and on several, voxels of a range bin: one entry a scene.
+/// Both engines on one thread and on several, with voxels of one range bin: one entry a scene.
 nlohmann::json study_threads(const StudyOptions& options, int n_threads);
 
 /// Tracing and deposit of a mesh of 12 thousand and one of 1.2 million triangles, same shape and rays.
@@ -56,15 +56,15 @@ nlohmann::json study_voxel(const StudyOptions& options);
 /// Machine, compiler, revision, threads: printed with every result.
 nlohmann::json environment();
 
-/// Seconds of repeated runs, with the robust figures that are quoted.
+/// Seconds of repeated runs, with the robust statistics that are reported.
 struct Timing {
   std::vector<double> seconds;
   double quantile(double q) const;
   double median() const { return quantile(0.5); }
 };
 
-/// Runs all contenders in turn, `rounds` times after one warm-up, so that drift of the machine meets
-/// them alike and ratios between them can be trusted more than their times.
+/// Runs all contenders in turn, `rounds` times after one warm-up, so that drift of the machine affects them alike:
+/// ratios between them are more reliable than their times.
 std::vector<Timing> run_in_turn(const std::vector<std::function<void()>>& contenders, int rounds);
 
 /// Median of a / b, pair by pair.
@@ -91,22 +91,22 @@ Acquisition standard_view(const Scene& scene, const StudyOptions& options);
 /// same shape at every resolution, so that only the number of triangles changes.
 Scene bumpy_sphere(std::uint64_t n_triangles, double radius_m);
 
-/// Another program of the same build or installation. Throws Error where it is missing.
+/// Another program of the same build or installation. Throws Error if it is missing.
 std::filesystem::path program_beside(const std::string& name);
 
-/// One word of a shell's line, whatever characters it has.
+/// The text quoted as one word of a shell's line, whatever characters it has.
 std::string quoted(const std::string& word);
 
-/// Runs such a program, drops what it prints on stdout, and waits for it. Returns its exit code; throws Interrupted
-/// where it was told to stop.
+/// Runs such a program, discards its stdout, and waits for it. Returns its exit code; throws Interrupted if it was
+/// told to stop.
 int run_beside(const std::string& name, const std::vector<std::string>& arguments);
 
-/// One setting of one scene: what it costs and how far it is from the reference.
+/// One setting of one scene: its cost, and its error against the reference.
 struct Accuracy {
   std::string engine;
   std::string integrator = "exact";
   double voxel_bins = 0.0;  ///< side in range bins; 0 for the surface engine
-  int n_elevation = 0, n_sub_rows = 0;
+  int n_elevation = 0, n_slices = 0;
   bool automatic = false;
   double seconds = 0.0;
   double error = 0.0;       ///< E against the reference
@@ -115,15 +115,15 @@ struct Accuracy {
   double estimating = 1.0;  ///< time with the estimate over time without
 };
 
-/// What asking for a tolerance gave.
+/// Result of a render with a tolerance (--error).
 struct ToleranceResult {
   double tolerance = 0.0;
-  int n_elevation = 0, n_sub_rows = 0, n_renders = 0;
-  double seconds = 0.0;  ///< pilots and all
+  int n_elevation = 0, n_slices = 0, n_renders = 0;
+  double seconds = 0.0;  ///< pilots included
   double estimate = 0.0, error = 0.0;
-  double n_rays = 0.0;   ///< elevations × slices a row, pilots and all: the cost that does not depend on the clock
-  double best_n_rays = std::numeric_limits<double>::quiet_NaN();  ///< least of a swept setting that meets it
-  double best_s = std::numeric_limits<double>::quiet_NaN();  ///< of the cheapest swept setting that meets it
+  double n_rays = 0.0;   ///< elevations × slices a row, pilots included: a cost independent of the clock
+  double best_n_rays = std::numeric_limits<double>::quiet_NaN();  ///< least of a swept setting that meets the tolerance
+  double best_s = std::numeric_limits<double>::quiet_NaN();  ///< of the fastest swept setting that meets the tolerance
 };
 
 struct SceneAccuracy {
@@ -132,22 +132,21 @@ struct SceneAccuracy {
   std::vector<ToleranceResult> tolerances;
 };
 
-/// Error against time of every setting, for each scene, against a converged reference; and what --error makes of
-/// it. One thread.
+/// Error against time of every setting, for each scene, against a converged reference; and the results of --error. One thread.
 std::vector<SceneAccuracy> study_accuracy(const StudyOptions& options);
 
 nlohmann::json accuracy_json(const std::vector<SceneAccuracy>& results);
 
 /// `sar_bench learning …` and `ablation …`: becomes the sar_nerf_bench of the same build or installation, with the
-/// arguments from `first` on. A program of its own because this one loads no LibTorch. Returns
-/// only by throwing Error, where that program is missing.
+/// arguments from `first` on. That is a separate program because this one does not load LibTorch. Returns only by
+/// throwing Error, if that program is missing.
 [[noreturn]] void become_nerf_bench(int argc, char** argv, char** first);
 
 /// The work–precision diagram of one scene: error over time of every setting, both logarithmic, with the
-/// settings that nothing beats joined by a line.
+/// Pareto-optimal settings joined by a line.
 Plot accuracy_diagram(const SceneAccuracy& scene);
 
-/// Scenes by settings, as Markdown: what the automatic setting, coarser and finer ones, and tolerances give.
+/// Scenes by settings, as Markdown: results of the automatic setting, coarser and finer ones, and tolerances.
 std::string accuracy_table(const std::vector<SceneAccuracy>& scenes);
 
 }  // namespace sarnerf::bench

@@ -18,7 +18,7 @@ namespace sarnerf::bench {
 
 namespace {
 
-/// Settings that are swept: ray spacings in automatic ones, slices a row, voxels in range bins.
+/// Settings that are swept: numbers of elevation rays relative to the automatic one, slices a row, voxel sizes in range bins.
 constexpr double kDensities[] = {0.125, 0.25, 0.354, 0.5, 0.707, 1.0, 1.414, 2.0, 2.83};
 constexpr int kSlices[] = {1, 2, 3, 6, 9, 12, 18, 24, 36};
 constexpr double kVoxels[] = {1.0, 0.5, 0.25};
@@ -33,7 +33,7 @@ Accuracy measure(const Engine& engine, ViewPlan plan, const Image<float>& refere
   const auto times = run_in_turn({[&] { engine.render(silent); }, [&] { rendered = engine.render(plan); }}, rounds);
   Accuracy a;
   a.n_elevation = plan.fan.n_elevation;
-  a.n_sub_rows = plan.n_sub_rows;
+  a.n_slices = plan.n_slices;
   a.seconds = times[0].median();
   a.estimating = ratio(times[1], times[0]);
   a.error = relative_l2_error(rendered.beta0, reference);
@@ -49,10 +49,10 @@ void sweep_surface(const SurfaceEngine& engine, const Acquisition& view, const I
     for (const int slices : kSlices) {
       Sampling sampling;
       sampling.n_elevation = std::max(1, static_cast<int>(std::lround(automatic.fan.n_elevation * density)));
-      sampling.n_sub_rows = slices;
+      sampling.n_slices = slices;
       Accuracy a = measure(engine, engine.plan(view, sampling), reference, rounds);
       a.engine = "surface";
-      a.automatic = density == 1.0 && slices == automatic.n_sub_rows;
+      a.automatic = density == 1.0 && slices == automatic.n_slices;
       out.settings.push_back(a);
     }
   }
@@ -98,10 +98,10 @@ void try_tolerances(const SurfaceEngine& engine, const Acquisition& view, const 
       steps.insert(steps.end(), found.steps.begin(), found.steps.end());
     }}, rounds);
     ToleranceResult result;
-    for (const ToleranceStep& step : steps) result.n_rays += double(step.n_elevation) * step.n_sub_rows;
+    for (const ToleranceStep& step : steps) result.n_rays += double(step.n_elevation) * step.n_slices;
     result.tolerance = tolerance;
     result.n_elevation = found.plan.fan.n_elevation;
-    result.n_sub_rows = found.plan.n_sub_rows;
+    result.n_slices = found.plan.n_slices;
     result.n_renders = static_cast<int>(steps.size());
     result.seconds = times[0].median();
     result.estimate = found.view.error.relative;
@@ -109,13 +109,14 @@ void try_tolerances(const SurfaceEngine& engine, const Acquisition& view, const 
     for (const Accuracy& a : out.settings) {
       if (a.error > tolerance || a.engine != "surface") continue;
       result.best_s = std::fmin(result.best_s, a.seconds);
-      result.best_n_rays = std::fmin(result.best_n_rays, double(a.n_elevation) * a.n_sub_rows);
+      result.best_n_rays = std::fmin(result.best_n_rays, double(a.n_elevation) * a.n_slices);
     }
     out.tolerances.push_back(result);
   }
 }
 
-/// Where faces are few, their ends fall between slices: more of them then. The reference is right to 1e-4 or better.
+/// Scenes with few faces get more slices, because the ends of faces fall between slices. The reference is right to
+/// 1e-4 or better.
 int reference_slices(const Scene& scene) { return scene.mesh.triangles.size() < 500 ? 512 : 128; }
 
 }  // namespace
@@ -142,7 +143,7 @@ namespace {
 nlohmann::json json_of(const Accuracy& a) {
   nlohmann::json j{{"engine", a.engine},
                    {"elevations", a.n_elevation},
-                   {"sub_rows", a.n_sub_rows},
+                   {"sub_rows", a.n_slices},
                    {"automatic", a.automatic},
                    {"ms", a.seconds * 1e3},
                    {"error", a.error},
@@ -157,7 +158,7 @@ nlohmann::json json_of(const Accuracy& a) {
 }
 
 nlohmann::json json_of(const ToleranceResult& t) {
-  return {{"tolerance", t.tolerance},     {"elevations", t.n_elevation}, {"sub_rows", t.n_sub_rows},
+  return {{"tolerance", t.tolerance},     {"elevations", t.n_elevation}, {"sub_rows", t.n_slices},
           {"renders", t.n_renders},       {"ms", t.seconds * 1e3},       {"estimate", t.estimate},
           {"error", t.error},             {"best_ms", t.best_s * 1e3},   {"time_over_best", t.seconds / t.best_s},
           {"rays_over_best", t.n_rays / t.best_n_rays}};
@@ -225,14 +226,15 @@ PlotSeries pareto_front(const SceneAccuracy& scene) {
   return front;
 }
 
-/// Of the surface engine, the setting with these densities relative to the automatic one.
+/// The setting of the surface engine with these numbers of rays and slices relative to the automatic one; null if
+/// there is none.
 const Accuracy* find(const SceneAccuracy& scene, double rays, double slices) {
   const auto automatic = std::ranges::find_if(scene.settings, &Accuracy::automatic);
   if (automatic == scene.settings.end()) return nullptr;
   const Accuracy* best = nullptr;
   double least = 0.02;  // rays are whole numbers
   for (const Accuracy& a : scene.settings) {
-    if (a.engine != "surface" || a.n_sub_rows != static_cast<int>(automatic->n_sub_rows * slices + 0.5)) continue;
+    if (a.engine != "surface" || a.n_slices != static_cast<int>(automatic->n_slices * slices + 0.5)) continue;
     const double off = std::abs(double(a.n_elevation) / automatic->n_elevation / rays - 1.0);
     if (off < least) {
       least = off;

@@ -14,8 +14,8 @@ namespace sarnerf::bench {
 
 namespace {
 
-/// Exactly the rays that the surface engine keeps for one view, laid out beforehand, with nothing left
-/// to do but to trace them: the bound that the engine is measured against.
+/// Exactly the rays that the surface engine keeps for one view, prepared beforehand so that only tracing is left: the
+/// lower bound that the engine is measured against.
 class KeptRays {
  public:
   KeptRays(const Scene& scene, const ViewPlan& plan);
@@ -56,11 +56,11 @@ KeptRays::KeptRays(const Scene& scene, const ViewPlan& plan)
             VisibleExtent(plan.acquisition, scene.box).range_offsets_m()) {
   const VisibleExtent extent(plan.acquisition, scene.box);
   const Acquisition& a = plan.acquisition;
-  const double width_m = a.azimuth_spacing_m / plan.n_sub_rows;
+  const double width_m = a.azimuth_spacing_m / plan.n_slices;
   constexpr int kBlock = static_cast<int>(RayTracer::kRowsPerBlock);
   for (int i = 0; i < a.n_azimuth; ++i) {
-    for (int sub = 0; sub < plan.n_sub_rows; sub += kBlock) {
-      const int n_slices = std::min(kBlock, plan.n_sub_rows - sub);
+    for (int sub = 0; sub < plan.n_slices; sub += kBlock) {
+      const int n_slices = std::min(kBlock, plan.n_slices - sub);
       const double along_m = a.row_offset_m(i - 0.5) + (sub + 0.5) * width_m;
       const RayRange kept =
           rays_inside(plan.fan, extent.angles(along_m, along_m + (n_slices - 1) * width_m));
@@ -148,14 +148,14 @@ nlohmann::json study_engine(const StudyOptions& options) {
                                     [&] { bare.trace_one_by_one(); }, [&] { engine.render(told); }},
                                    options.rounds);
     const auto count = static_cast<double>(bare.count());
-    // Single rays cost the same wherever they go, so the full grid is the kept rays scaled up; that
-    // favours the full grid's misses, which are cheaper, by at most a half.
+    // The full grid's time is that of the kept rays scaled up, as if single rays cost the same everywhere. This
+    // neglects that the full grid's misses are cheaper, by at most a half.
     Timing full_grid = times[3];
     for (double& s : full_grid.seconds) s *= static_cast<double>(plan.n_grid_rays) / count;
     results.push_back({{"scene", named.name},
                        {"triangles", named.scene.mesh.triangles.size()},
                        {"elevations", plan.fan.n_elevation},
-                       {"sub_rows", plan.n_sub_rows},
+                       {"sub_rows", plan.n_slices},
                        {"kept_rays", bare.count()},
                        {"grid_rays", plan.n_grid_rays},
                        {"view_ns_per_kept_ray", nanoseconds_json(times[0], count)},

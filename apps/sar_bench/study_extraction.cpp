@@ -42,11 +42,11 @@ Json json_file(const fs::path& path) {
   return Json::parse(file);
 }
 
-/// What was not measured is null in the reports.
+/// A number of a report; it is null there if it was not measured.
 double number(const Json& j) { return j.is_number() ? j.get<double>() : ExtractionRun::kUnknown; }
 
 void render(const std::string& scene, const ExtractionOptions& o, const ViewSet& views, const fs::path& data) {
-  // Four times as many rays as the automatic sampling, so that truth and learner share no discretisation.
+  // Four times as many rays as the automatic sampling, so that truth and learner have different discretisations.
   const int code = run_beside(
       "sar_render", {scene, "--scale", format("%.17g", o.scale), "--pitch", pitches_of(views), "--azimuth", azimuths_of(views),
                      "--size", "128x128", "--spacing", "0.3", "--engine", "surface", "--elevations", "768", "--sub-rows",

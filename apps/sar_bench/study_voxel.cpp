@@ -34,8 +34,8 @@ Voxels make_voxels(const Scene& scene, double voxel_size_m) {
   return voxels;
 }
 
-/// The same voxels without sparsity: every brick of the support's box is there, so that a sample in empty space costs
-/// what any other does.
+/// The same voxels without sparsity: every brick of the support's box exists, so that a sample in empty space costs
+/// as much as any other.
 Volume densified(const Volume& volume) {
   Volume dense = volume;
   const GridTransform transform = volume.grid.transform();
@@ -61,8 +61,8 @@ Volume densified(const Volume& volume) {
   return dense;
 }
 
-/// The march that knows nothing: every ray of the plan that meets the volume's box is sampled all the way
-/// through it, at the engine's step.
+/// A ray march without any skipping: every ray of the plan that meets the volume's box is sampled all the way through
+/// it, at the engine's step.
 class DenseMarch {
  public:
   DenseMarch(const Volume& volume, const ViewPlan& plan)
@@ -80,14 +80,14 @@ class DenseMarch {
     std::vector<MarchRay> kept;
     std::size_t n_rays = 0;
     for (int i = 0; i < a.n_azimuth; i += stride) {
-      for (int slice = 0; slice < plan_.n_sub_rows; ++slice) {
-        const double along_m = slice_along_m(a, i, slice, plan_.n_sub_rows);
+      for (int slice = 0; slice < plan_.n_slices; ++slice) {
+        const double along_m = slice_along_m(a, i, slice, plan_.n_slices);
         const RayRange range = rays_inside(plan_.fan, extent_.angles(along_m, along_m));
         kept.clear();
         for (int k = range.first; k < range.first + range.count; ++k)
           kept.push_back({along_m, 0, k, clip_to_box(rays_, along_m, k, box_), slice, k});
         rows_.clear();
-        rows_.begin_row(rays_, i, plan_.n_sub_rows);
+        rows_.begin_row(rays_, i, plan_.n_slices);
         rows_.cut(rays_, kept, 0.5 * grid_.transform.voxel_size_m);
         n_rays += kept.size();
         const SampleBatch& batch = rows_.batch();
@@ -137,7 +137,7 @@ nlohmann::json empty_space(const Scene& scene, const StudyOptions& options) {
   const Scene near = twice(scene, {0.0, 0.0, apart_m}), far = twice(scene, {0.0, 0.0, 2.0 * apart_m + scene.box.size().z});
   const VoxelEngine near_engine(near, make_voxels(near, voxel_m).volume);
   const VoxelEngine far_engine(far, make_voxels(far, voxel_m).volume);
-  // One image that holds both.
+  // An image that contains both copies.
   const auto view_of = [&](const Scene& both) {
     Acquisition view = standard_view(both, options);
     view.azimuth_rad = 0.0;
@@ -164,7 +164,7 @@ nlohmann::json study_voxel(const StudyOptions& options) {
     surface_plan.error.estimate = false;
     Sampling converged;
     converged.n_elevation = 8 * surface_plan.fan.n_elevation;
-    converged.n_sub_rows = 64;
+    converged.n_slices = 64;
     const Image<float> reference = surface.render(surface.plan(view, converged)).beta0;
 
     nlohmann::json sizes = nlohmann::json::array();
@@ -192,7 +192,7 @@ nlohmann::json study_voxel(const StudyOptions& options) {
                            {"view_over_surface_view", ratio_json(times[0], times[1])},
                            {"error", relative_l2_error(rendered.beta0, reference)}};
       DenseMarch dense(kept, plan);
-      const int stride = bins == 1.0 ? 8 : 32;  // some of the rows stand for all
+      const int stride = bins == 1.0 ? 8 : 32;  // a sample of the rows represents all
       const auto dense_times = run_in_turn({[&] { dense.march(stride); }}, 3);
       entry["dense_march_over_view"] = dense_times[0].median() * stride / times[0].median();
       const Volume filled = densified(kept);

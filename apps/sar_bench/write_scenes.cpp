@@ -42,7 +42,7 @@ std::vector<std::uint64_t> parse_seeds(const std::string& text) {
   return seeds;
 }
 
-/// What is written for a scene, and where.
+/// The paths and texts of a scene's files.
 struct SceneFiles {
   std::array<std::pair<fs::path, std::string>, 2> texts;  ///< the mesh, then the scene file that names it
 
@@ -66,7 +66,7 @@ void require_place(const SceneFiles& files) {
   }
 }
 
-/// Returns whether anything was missing.
+/// Writes the missing files. Returns whether any was missing.
 bool write(const SceneFiles& files) {
   AtomicFiles missing;
   bool any = false;
@@ -101,7 +101,7 @@ void run_scenes_command(const ScenesOptions& o, app::Console& console) {
   if (fs::exists(o.output, ignored) && !fs::is_directory(o.output, ignored))
     throw UsageError(o.output.string() + ": expected a place for a folder, found a file; choose another folder (-o)");
   if (o.quiet) console.set_verbosity(-1);
-  // Made again to be written, since thousands of them together take gigabytes.
+  // Scenes are generated again when they are written, since thousands of them together take gigabytes.
   const auto require_places = [&] {
     if (o.overwrite) return;
     for (const std::uint64_t seed : seeds) require_place(SceneFiles(random_scene(seed), o.output));

@@ -37,7 +37,7 @@ struct Options {
 /// configuration file.
 std::optional<Options> parse_options(int argc, char** argv);
 
-/// How well the extraction agrees with the truth, and how well mere carving would.
+/// Agreement of the extraction with the truth, and that of carving alone.
 struct Scores {
   SurfaceScore extracted;
   TruthVolumeChoice truth_volume;
@@ -45,31 +45,33 @@ struct Scores {
   double seconds = 0.0;
 };
 
-/// The truth as the program takes it.
+/// The true surface, and how its volume is determined.
 struct Truth {
   TruthSurface surface;
   TruthVolumeChoice volume;
 };
 
-/// Reads it, and tells the console what was mended, and what its volume is (truth_volume()) unless all of it is closed.
+/// Reads the truth. Reports on the console what was repaired, and how the volume is determined (truth_volume())
+/// unless all of the truth is closed.
 Truth load_truth(const Options& options, Console& console, const Monitor& monitor);
 
-/// Warns of a truth of another size or elsewhere, and where the baseline has to be left out.
+/// Scores the extraction and the carving baseline. Warns if the truth has another size or position, and reports if
+/// the baseline is left out.
 Scores score_extraction(const Options& options, const Truth& truth, const Model& model, const Extraction& extraction,
                         Console& console, const Monitor& monitor);
 
-/// Markdown, for people; under it a line where the truth has no volume.
+/// The scores as a Markdown table; a line below it if the truth has no volume.
 std::string table_text(const Scores& scores);
 
 Json scores_json(const Scores& scores);
 
-/// What goes to stdout at the end, and is kept for when the same is asked for again.
+/// The text for stdout. It is also kept in the report, for a repeated command of the same recipe.
 struct Printed {
   std::string paths;    ///< of the files, one a line
   std::string details;  ///< the grids of the volume, a line each, its metadata, and how the body was found
   std::string summary;  ///< the scores as a table, and one line: body, triangles, memory
 
-  /// Paths alone when quiet; details when verbose or where --explain asks for them.
+  /// Paths alone when quiet; details when verbose or with --explain.
   std::string text(const Options& options) const;
 
   Json json() const;
@@ -82,9 +84,9 @@ Printed printed_of(const Options& options, const Extraction& extraction, const s
 /// The plan of --explain and --dry-run. Throws what plan_extraction() throws.
 std::string plan_text(const Options& options, const Model& model);
 
-/// Extracts, scores and writes; returns what is printed on stdout. Output of the same recipe that is there already is
-/// only told of. With --dry-run returns the plan and writes nothing. Throws UsageError where other output is in the way, or
-/// another program is writing the same.
+/// Extracts, scores and writes; returns the text for stdout. If output of the same recipe exists, only reports it.
+/// With --dry-run, returns the plan and writes nothing. Throws UsageError if other output is in the way, or another
+/// program is writing the same files.
 std::string extract_and_write(const Options& options, Console& console, const Monitor& monitor);
 
 }  // namespace sarnerf::app

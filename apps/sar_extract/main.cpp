@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* kProgram = "sar_extract";
 
-/// Of LibTorch and the program, before any grid.
+/// Memory of LibTorch and the program, before any grid.
 constexpr std::uint64_t kBaseMemory = 600ull << 20;
 
 struct Paths {
@@ -60,7 +60,7 @@ Json request_of(const Options& o, const std::string& model_sha256) {
   return valid_text(j);
 }
 
-/// What the same recipe printed before, if its output is all there. Throws UsageError for output of another one.
+/// The text that the same recipe printed before, if its output is complete. Throws UsageError for output of another recipe.
 std::optional<Printed> finished(const Options& o, const Paths& paths, const Json& request) {
   const auto refuse = [&](const std::string& why) {
     throw UsageError(paths.volume.string() + ": other output is in the way (" + why +
@@ -93,7 +93,7 @@ void require_places(const Options& o, const Paths& paths) {
   }
 }
 
-/// Of files that are going to be written.
+/// The files that will be written.
 std::vector<std::filesystem::path> outputs_of(const Options& o, const Paths& paths) {
   std::vector<std::filesystem::path> outputs{paths.volume, paths.recipe, paths.report};
   for (const auto& path : {o.mesh, o.preview})
@@ -101,7 +101,7 @@ std::vector<std::filesystem::path> outputs_of(const Options& o, const Paths& pat
   return outputs;
 }
 
-/// Whatever is likeliest to have left nothing.
+/// The likeliest reason why the body is empty.
 std::string empty_body_text(const Options& o, const Extraction& x) {
   const std::string what = "the body is empty: ";
   if (x.part_outside > 0.5)
@@ -181,7 +181,7 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   use_torch_threads(mlp ? o.shared.n_threads : 1);
   if (mlp) warn_of_slow_blas(mlp->kernel(), console);
   if (o.explain) console.asked_for(plan_text(o, model));
-  std::optional<Truth> truth;  // before the work: a bad file must not cost it
+  std::optional<Truth> truth;  // read before the work, so that a bad file wastes none
   if (!o.truth.empty()) truth = load_truth(o, console, monitor);
 
   ExtractOptions options = o.extract;
@@ -198,7 +198,7 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   if (truth) scores = score_extraction(o, *truth, model, extraction, console, monitor);
   monitor.check();
 
-  // An old recipe must not vouch for new files, should the machine stop between the renames.
+  // If the machine stops between the renames, no old recipe must stand beside new files.
   const double before_writing_s = seconds_since_start();
   std::filesystem::remove(paths.recipe);
   extraction.volume.set_metadata("program", std::string(kProgram) + " " + std::string(kVersion));

@@ -21,7 +21,7 @@ namespace sarnerf::app {
 
 namespace {
 
-/// A truth so much larger or smaller is in other units, or another scene.
+/// A truth larger or smaller by this factor is in other units, or another scene.
 constexpr double kOtherUnits = 3.0;
 
 std::string number(double value, const char* format) {
@@ -31,7 +31,7 @@ std::string number(double value, const char* format) {
   return text;
 }
 
-/// Images that the model was learned from; empty where they are not to be had, which the console is told.
+/// Images that the model was learned from; empty, with a note on the console, if they are not available.
 std::vector<PosedImage> training_images(const Options& o, const ModelInfo& info, Console& console,
                                         const Monitor& monitor) {
   if (o.images == "none") return {};
@@ -82,7 +82,7 @@ Box box_of(const SurfaceMesh& mesh) {
   return box_m;
 }
 
-/// Surfaces that have no place in common are of other scenes, or in other frames.
+/// Warns if the surfaces' boxes do not overlap: they are of different scenes, or in different frames.
 void warn_if_apart(const SurfaceMesh& extracted, const SurfaceMesh& truth, Console& console) {
   const Box a = box_of(extracted), b = box_of(truth);
   if (a.empty() || b.empty()) return;
@@ -212,7 +212,7 @@ std::string closing_line(const Options& o, const Extraction& x, const std::optio
   return text + "; memory " + bytes_text(peak_memory_bytes()) + "\n";
 }
 
-/// "a, b, c, d to z" would hide what a file holds; harmonics are nine of a kind.
+/// Names every kind of grid; an abbreviated list would hide some. The nine harmonics are of one kind.
 std::string grids_text(const std::vector<std::string>& grids) {
   const std::size_t n_brightness = grids.size() - 2;
   return grids.front() + ", brightness" + (n_brightness > 1 ? " (" + std::to_string(n_brightness) + " harmonics)" : "") +

@@ -17,20 +17,20 @@
 
 namespace sarnerf::app {
 
-/// What is read; or written, by the last one.
+/// The subcommand: the kind of input, or for `phoenix` the kind of output.
 enum class Command { mstar, sample, images, phoenix };
 
-/// How the pixels of picture files lie.
+/// Axes of the pixels of picture files.
 enum class Orientation {
-  chip,   ///< as MSTAR's: rows from far to near range, the radar below
-  radar,  ///< as our own: rows are azimuth, columns range, near to far
+  chip,   ///< as in MSTAR: rows from far to near range, the radar below
+  radar,  ///< as in this project: rows are azimuth, columns range, near to far
 };
 
-/// Which images of many are taken, and what of each.
+/// Selects images, and the part of each that is kept.
 struct Selection {
   std::string class_name;                   ///< empty: any
   std::vector<double> depression_deg;       ///< nominal; empty: any
-  std::optional<double> every_deg;          ///< nearest to a regular grid of azimuths; none: all
+  std::optional<double> every_deg;          ///< step of a regular azimuth grid, whose nearest images are taken; none: all
   std::optional<std::pair<int, int>> crop;  ///< azimuth × range pixels
 };
 
@@ -42,13 +42,13 @@ struct Options {
   std::filesystem::path output;
   Selection selection;
 
-  double slant_range_m = 4500.0;  ///< where no file says one
+  double slant_range_m = 4500.0;  ///< used if the file gives none
 
-  // Of `images` only.
-  std::filesystem::path table;  ///< CSV; empty: names carry the azimuths
+  // Options of `images` only.
+  std::filesystem::path table;  ///< CSV; empty: file names begin with the azimuth
   std::optional<std::pair<double, double>>
-      spacing_m;       ///< azimuth, range; where the table says none
-  double scale = 1.0;  ///< physical value of one code
+      spacing_m;       ///< azimuth, range; used if the table gives none
+  double scale = 1.0;  ///< physical value of one pixel code
   Quantity quantity = Quantity::amplitude;
   Orientation orientation = Orientation::chip;
 
@@ -70,36 +70,36 @@ std::optional<Options> parse_options(int argc, char** argv);
 struct Source {
   std::filesystem::path file;
   Chip
-      chip;  ///< without its pixels; pictures have no size yet, nor a depression (0) where none is known
-  std::string split;  ///< of a table; empty: none
+      chip;  ///< without its pixels; pictures have no size yet, and depression 0 if it is not known
+  std::string split;  ///< from the table; empty: none
 };
 
-/// All that the inputs hold, in no order. Phoenix and SAMPLE files are read to the end, so that a bad one costs no work;
-/// of pictures the table or the names. Files of other kinds in folders are passed over with a note. Throws InputError
-/// for bad ones and where nothing is found.
+/// All images of the inputs, in no particular order. Reads Phoenix and SAMPLE files to the end, so that bad files are found
+/// before any work; for pictures, reads the table or the names. Skips files of other kinds in folders, with a note. Throws
+/// InputError for bad files and if nothing is found, UsageError if the pixel spacing of a picture is not known.
 std::vector<Source> find_sources(const Options& options, Console& console, const Monitor& monitor);
 
-/// Throws UsageError where the largest of the files, decoded on every thread, takes more than there is. Reads headers.
+/// Throws UsageError if decoding the largest file on every thread needs more memory than is allowed. Reads headers.
 void refuse_beyond_memory(const Options& options, const std::vector<Source>& sources);
 
-/// Reads every image once and notes its size, so that a bad one is known before anything is written. Throws InputError.
+/// Reads every image once and records its size, so that bad files are found before anything is written. Throws InputError.
 void read_sizes(const Options& options, std::vector<Source>& sources, const Monitor& monitor);
 
-/// The source with its pixels, cropped. Throws InputError for a file that is bad by now.
+/// The source with its pixels, cropped. Throws InputError for a file that has become bad.
 Chip load(const Options& options, const Source& source);
 
-/// The resolution of all chips' impulse responses, where their files say the same.
+/// The resolution of the chips' impulse responses if all files give the same one; else nothing.
 std::optional<Resolution> common_resolution(std::span<const Source> sources);
 
-/// Of many sources those to be imported.
+/// The sources to be imported.
 struct Choice {
-  std::vector<Source> chosen;         ///< by class, serial, depression, azimuth
+  std::vector<Source> chosen;         ///< sorted by class, serial, depression, azimuth
   std::vector<std::string> left_out;  ///< how many and why, a line each
 };
 
-/// Applies --class, --depression and --every, and fills in class and depression where the sources have none. With
-/// --every each class, serial and nominal depression has a grid of its own; a grid azimuth gets the nearest image within
-/// half a step that no other has got. Throws UsageError where nothing is left or a depression is not known.
+/// Applies --class, --depression and --every, and fills in class and depression if the sources have none. With
+/// --every, each class, serial and nominal depression has its own grid; each grid azimuth takes the nearest image
+/// within half a step that no other has taken. Throws UsageError if nothing is left or a depression is not known.
 Choice choose(std::vector<Source> sources, const Selection& selection);
 
 /// Same class, serial and nominal depression.
@@ -108,28 +108,28 @@ bool same_set(const Source& a, const Source& b);
 /// Angle from a to b (deg) the short way round: 0 to 180.
 double apart_deg(double a_deg, double b_deg);
 
-/// A warning where neighbours of a set were taken from the same azimuth; else empty.
+/// A warning if neighbouring images of a set have the same azimuth; else empty.
 std::string duplicates_text(const std::vector<Source>& chosen);
 
-/// Writes the chosen images into a dataset folder of sar_render's form (docs/guide/outputs.md): float32 TIFF, pictures,
-/// manifest, recipe, checksums, report. Goes on where an earlier run of the same recipe stopped; the same bytes whatever
-/// the threads and interruptions. Returns the manifest's path and a summary. Throws UsageError when other output is in
-/// the way, Interrupted after writing a manifest of the finished views.
+/// Writes the chosen images into a dataset folder in the format of sar_render (docs/guide/outputs.md): float32 TIFF,
+/// pictures, manifest, recipe, checksums, report. Continues an earlier run of the same recipe; the bytes do not
+/// depend on threads and interruptions. Returns the manifest's path and a summary. Throws UsageError if other output
+/// is in the way, Interrupted after writing a manifest of the finished views.
 std::string write_dataset(const Options& options, const Choice& choice, Console& console,
                           const Monitor& monitor);
 
-/// Writes each view of a dataset as chip_000.phoenix, …, with recipe.json and SHA256SUMS beside; files that are there
-/// and whole are kept. Returns what is printed on stdout. Throws UsageError when other output is in the way.
+/// Writes each view of a dataset as chip_000.phoenix, …, with recipe.json and SHA256SUMS beside. Keeps files that
+/// exist and are intact. Returns the text for stdout. Throws UsageError if other output is in the way.
 std::string write_phoenix_chips(const Options& options, Console& console, const Monitor& monitor);
 
-/// The recipe of a dataset: what was asked for, and the chosen files with their SHA-256. Reads all of them.
+/// The recipe of a dataset: the options, and the chosen files with their SHA-256. Reads all of these files.
 Json recipe_of(const Options& options, const std::vector<Source>& chosen, const Monitor& monitor);
 
-/// What the run took, as JSON.
+/// The report of the run as JSON: images, time, memory, machine.
 std::string report_text(const Options& options, const Choice& choice, std::size_t n_written);
 
-/// What the chosen images are, for people: sets, azimuths and their widest gaps, spacings, what is assumed. One line
-/// each, beginning with two spaces.
+/// Summary of the chosen images: sets, azimuths and their widest gaps, spacings, assumptions. Each line begins with
+/// two spaces.
 std::string summary_text(const Choice& choice);
 
 /// The plan: source, choice, what is left out and why, reading convention, output.

@@ -50,7 +50,7 @@ const char* description(Command command) {
       return "Makes a dataset folder of SAMPLE's chips: .mat files of version 5, amplitudes, "
              "measured depressions.";
     case Command::images:
-      return "Makes a dataset folder of pictures whose angles a table knows (columns file, "
+      return "Makes a dataset folder of pictures whose angles are listed in a table (columns file, "
              "azimuth_deg; if known\n"
              "depression_deg or incidence_deg, slant_range_m, azimuth_spacing_m, range_spacing_m, "
              "class, serial,\n"
@@ -62,7 +62,7 @@ const char* description(Command command) {
   return "";
 }
 
-/// The factor on codes: a number, or the quotient of two.
+/// The factor on pixel codes: a number, or the quotient of two.
 double parse_scale(const std::string& text) {
   const std::size_t slash = text.find('/');
   if (slash == std::string::npos) return parse_positive("--amplitude-scale", text);
@@ -70,7 +70,7 @@ double parse_scale(const std::string& text) {
          parse_positive("--amplitude-scale", text.substr(slash + 1));
 }
 
-/// As angles_deg(), without those that no view can have.
+/// As angles_deg(), but refuses angles outside 0 to 90 degrees (both excluded).
 Kind<std::vector<double>> depressions_deg() {
   return angles_deg().checked([](auto&, auto& text) { (void)incidences_deg("", text); });
 }

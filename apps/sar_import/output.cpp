@@ -102,7 +102,7 @@ std::string span_text(const std::vector<Source>& sources, const char* format, Of
   return from == to ? from : from + " to " + to;
 }
 
-/// Sources [begin, end) are one set, in the order of azimuth.
+/// Describes the sources [begin, end): one set, sorted by azimuth.
 std::string set_line(const std::vector<Source>& all, std::size_t begin, std::size_t end) {
   const DatasetView& first = all[begin].chip.view;
   const std::vector<Source> set(all.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -172,7 +172,7 @@ std::string plan_text(const Options& o, const Choice& choice) {
 
 namespace {
 
-/// The views on their way into the folder.
+/// Writes the views into the folder.
 class Import {
  public:
   Import(const Options& options, const std::vector<Source>& sources, const SweepFolder& folder)
@@ -195,7 +195,7 @@ class Import {
   }
   std::size_t n_before() const { return n_before_; }
 
-  /// Writes the images that are not there.
+  /// Writes the missing images.
   void write_views(const Monitor& monitor) {
     std::vector<float> whites;
     for (const std::size_t n : DisplayScale::sample_views(sources_.size())) {
@@ -217,7 +217,7 @@ class Import {
     checksums_.finish();
   }
 
-  /// Of the views that are finished.
+  /// The manifest of the finished views.
   std::string manifest() const {
     Dataset dataset;
     dataset.quantity = options_.quantity;
@@ -374,7 +374,7 @@ std::string write_phoenix_chips(const Options& o, Console& console, const Monito
   if (o.overwrite || !holds_recipe(recipe_path, recipe, list)) {
     if (!o.overwrite && std::filesystem::exists(o.output / chip_name(0), ignored))
       refuse_place(o.output, "files without a recipe");
-    // Chips of another recipe are whole, too, by the list.
+    // By the old list, chips of another recipe would pass as intact.
     std::filesystem::remove(list);
     remove_files(o.output, is_chip);
     write_recipe(recipe_path, recipe, list);

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Phoenix files have endings of any kind, in MSTAR a number each: their first bytes tell.
+/// Recognises Phoenix files by their first bytes: their endings are arbitrary (in MSTAR, a number for each file).
 bool is_phoenix(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string head(kPhoenixHeadBytes, '\0');
@@ -35,7 +35,7 @@ bool is_wanted(Command command, const fs::path& path) {
   return command == Command::sample ? path.extension() == ".mat" : is_phoenix(path);
 }
 
-/// Files that are named, and those in folders that look right.
+/// The files that are named, and the matching files in the folders that are named.
 std::vector<fs::path> chip_files(const Options& o, Console& console, const Monitor& monitor) {
   std::vector<fs::path> files;
   std::size_t n_others = 0;
@@ -67,7 +67,7 @@ Chip read_chip(const Options& o, const fs::path& file) {
                                       : chip_of(read_phoenix(file), o.slant_range_m);
 }
 
-/// work(n) for [0, count), on all threads, with progress.
+/// Calls work(n) for n in [0, count), on all threads, with progress.
 template <class Work>
 void for_each_file(std::size_t count, const char* stage, const Monitor& monitor, const Work& work) {
   std::mutex mutex;
@@ -164,8 +164,8 @@ std::vector<Source> find_sources(const Options& o, Console& console, const Monit
 }
 
 void refuse_beyond_memory(const Options& o, const std::vector<Source>& sources) {
-  // Of each thread: the file, what decoders make of it, the image as it is and turned, and what it becomes: a file, its
-  // copy, and the picture.
+  // Memory of each thread: the file, its decoded data, the image before and after its axes are changed, and the
+  // output: a file, its copy, and the picture.
   constexpr std::uint64_t kBase = 64ull << 20, kBytesPerPixel = 24;
   std::uint64_t largest = 0;
   const Source* worst = nullptr;
@@ -175,7 +175,7 @@ void refuse_beyond_memory(const Options& o, const std::vector<Source>& sources) 
       const ImageSize size = read_image_size(s.file);
       bytes += size.decoded_bytes + kBytesPerPixel * size.n_rows * size.n_columns;
     } else {
-      bytes *= 8;  // pixels of 8 bytes at worst, and as many again as an image
+      bytes *= 8;  // pixels of 8 bytes at worst, and as much again for the image
     }
     if (worst != nullptr && bytes <= largest) continue;
     largest = bytes;
@@ -205,7 +205,7 @@ void read_sizes(const Options& o, std::vector<Source>& sources, const Monitor& m
 
 Chip load(const Options& o, const Source& source) {
   Chip chip = o.command == Command::images ? load_picture(o, source) : read_chip(o, source.file);
-  // What the choice has settled, such as a depression from the command line, stands.
+  // Keeps what choose() has set, such as a depression from the command line.
   DatasetView view = source.chip.view;
   view.n_azimuth = chip.view.n_azimuth;
   view.n_range = chip.view.n_range;
@@ -224,10 +224,10 @@ std::optional<Resolution> common_resolution(std::span<const Source> sources) {
 
 namespace {
 
-/// A set of 17° holds what was measured at 16.6° and 17.4°.
+/// A set of nominal 17° contains images measured at 16.6° and 17.4°.
 constexpr double kNominal_deg = 0.5;
 
-/// Headers give six decimals; nearer ones are the same direction.
+/// Headers give six decimals; azimuths closer than this are the same direction.
 constexpr double kSameAzimuth_deg = 1e-3;
 
 auto order(const Source& s) {
@@ -241,7 +241,7 @@ std::string number(double value) {
   return text;
 }
 
-/// "2S1, T72": what there is of something, for messages.
+/// "2S1, T72": the distinct values of a property, for messages.
 template <class Of>
 std::string names(const std::vector<Source>& sources, Of of) {
   std::set<std::string> all;
@@ -252,7 +252,7 @@ std::string names(const std::vector<Source>& sources, Of of) {
   return in_one_line(text, 400);
 }
 
-/// Keeps what passes, and says what did not.
+/// Keeps the sources that pass, and records how many did not.
 template <class Keep>
 void keep_if(Choice& choice, const std::string& why, Keep keep) {
   const auto n = std::erase_if(choice.chosen, [&](const Source& s) { return !keep(s); });

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <random>
 #include <set>
 #include <string>
 #include <tuple>
@@ -17,6 +18,7 @@
 
 #include "app_main.h"
 #include "command_line.h"
+#include "nerf_common.h"
 #include "output_lock.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
@@ -49,7 +51,8 @@ struct Method {
   GroundRule ground;
   bool knows_response = true;
   bool finishes = true;      ///< Trainer::finish()
-  std::function<void(TrainerOptions&, const TrainingSet&)> options = [](TrainerOptions&, const TrainingSet&) {};
+  bool registers = true;
+  std::vector<std::function<void(TrainerOptions&, const TrainingSet&)>> options;  ///< applied to the default ones in this order
 };
 
 struct Rule {
@@ -64,11 +67,12 @@ using O = TrainerOptions;
 bool over_ground(const O&, Set s) { return s.ground.has_value(); }
 bool speckled(const O&, Set s) { return s.ground && s.ground->speckled; }
 bool always(const O&, Set) { return true; }
+bool as_measured(const O&, Set s) { return s.ground && !s.exact_poses; }
 
 /// A rule that sets an option, left out by setting it to what it would be without.
 Rule option_rule(const char* name, const char* text, std::function<bool(const O&, Set)> acts,
                  std::function<void(O&, Set)> without) {
-  return {name, text, std::move(acts), [without = std::move(without)](Method& m) { m.options = without; }};
+  return {name, text, std::move(acts), [without = std::move(without)](Method& m) { m.options.push_back(without); }};
 }
 
 Rule ground_rule(const char* name, const char* text, std::function<bool(const O&, Set)> acts,
@@ -78,7 +82,7 @@ Rule ground_rule(const char* name, const char* text, std::function<bool(const O&
 
 /// The priors' factor over a ground (trainer_options.cpp), from what it made of the smoothness of brightness.
 double scarcity_of(const O& o, Set s) {
-  const bool through = s.resolution && s.cleaned.empty();
+  const bool through = s.resolution && s.deconvolved.empty();
   return o.grid.smooth_source / (through ? 0.4 : 1.0);
 }
 
@@ -111,7 +115,7 @@ const std::vector<Rule>& rules() {
                   [](const O&, Set s) { return s.ground && s.ground->looks && *s.ground->looks > 1.5; },
                   [](O& o, Set s) { o.grid.smooth_angular *= *s.ground->looks; }),
       option_rule("through_response", "priors x 0.4 through a response",
-                  [](const O&, Set s) { return s.resolution && s.ground && s.cleaned.empty(); },
+                  [](const O&, Set s) { return s.resolution && s.ground && s.deconvolved.empty(); },
                   [](O& o, Set) { o = with_smoothness(o, 1.0 / 0.4); }),
       option_rule("relative_loss", "relative error over a ground", over_ground, [](O& o, Set) { o.relative_epsilon = 0.0; }),
       option_rule("epsilon_by_looks", "epsilon of half the looks (else 1)", speckled,
@@ -126,14 +130,24 @@ const std::vector<Rule>& rules() {
       option_rule("ground_initial_depth", "initial depth 0.1 over a ground", over_ground,
                   [=](O& o, Set) { o.grid.initial_depth = grid.initial_depth; }),
       {"returned_share", "brightness rescaled after training", over_ground, [](Method& m) { m.finishes = false; }},
-      ground_rule("texture", "texture of the ground", over_ground, [](GroundRule& g) { g.texture_sigmas_cells.clear(); }),
-      ground_rule("view_gains", "gains of views", over_ground, [](GroundRule& g) { g.view_gains = false; }),
-      ground_rule("height", "estimated height of the ground", speckled,
+      ground_rule("texture", "texture of the ground", as_measured, [](GroundRule& g) { g.texture_sigmas_cells.clear(); }),
+      ground_rule("view_gains", "gains of views", as_measured, [](GroundRule& g) { g.view_gains = false; }),
+      ground_rule("height", "estimated height of the ground", as_measured,
                   [](GroundRule& g) { g.height_significance = std::numeric_limits<double>::infinity(); }),
       ground_rule("carving", "bare ground carves", over_ground, [](GroundRule& g) { g.bare_part = 2.0; }),
       ground_rule("least_seeing", "space few views see is empty", over_ground, [](GroundRule& g) { g.least_seeing_part = 0.0; }),
       ground_rule("object_height", "height of a quarter of the swath", speckled,
                   [](GroundRule& g) { g.object_height_part = 1e9; }),
+      {"registration", "shifts of views", [](const O& o, Set) { return o.n_registrations > 0; },
+       [](Method& m) { m.registers = false; }},
+      option_rule("no_ground_found", "thin fog, three levels, late pruning over what is no ground",
+                  [](const O&, Set s) { return s.background && !s.ground; },
+                  [=](O& o, Set) {
+                    o.grid.initial_depth = grid.initial_depth;
+                    o.grid.n_levels = grid.n_levels;
+                    o.grid.prune_from = grid.prune_from;
+                    o.rows_per_step = plain.rows_per_step;
+                  }),
       option_rule("pruning", "voxels are given up", always, [](O& o, Set) { o.grid.n_prunings = 0; }),
       option_rule("prune_exposure", "unexposed voxels are given up", always, [](O& o, Set) { o.grid.prune_exposure = 0.0; }),
       option_rule("levels", "coarse voxels first", always, [](O& o, Set) { o.grid.n_levels = 1; }),
@@ -159,13 +173,32 @@ struct Cell {
 const std::string kAll = "all";
 
 struct AblationOptions {
-  std::vector<std::string> folders, only;
+  std::vector<std::string> folders, only, without;
+  std::vector<const Rule*> base;  ///< left out of every training
   fs::path output;
   int n_seeds = 2;
   std::int64_t n_steps = 0;
   bool dry_run = false;
   app::SharedOptions shared;
 };
+
+/// What measured chips have and sar_render's images do not: an unknown gain of each view, 1 dB (standard deviation) about a mean of
+/// 0 dB, and a scene box that reaches 2 m below the ground. (Their shifts are in the images: scripts/ablation.sh.)
+void make_as_measured(Material& m) {
+  std::mt19937_64 random(1);
+  std::vector<double> log_gain(m.images.size());
+  double mean = 0.0;
+  for (double& g : log_gain) {
+    // Twelve uniform numbers sum to a normal one, nearly, and alike with every library.
+    for (int n = 0; n < 12; ++n) g += static_cast<double>(random() >> 11) * 0x1p-53 - 0.5;
+    mean += g / static_cast<double>(log_gain.size());
+  }
+  for (std::size_t v = 0; v < m.images.size(); ++v) {
+    const auto gain = static_cast<float>(std::pow(10.0, 0.1 * (log_gain[v] - mean)));
+    for (float& p : m.images[v].power.pixels()) p *= gain;
+  }
+  m.dataset.scene_box_m.min.y -= 2.0;
+}
 
 Material read(const std::string& folder) {
   Material m;
@@ -177,6 +210,7 @@ Material read(const std::string& folder) {
     return places;
   };
   m.images = load_images(folder, m.dataset, all(m.dataset));
+  if (!m.dataset.exact_poses) make_as_measured(m);
   const std::string truth = folder + ".truth";
   const Dataset other = read_manifest(truth);
   m.truth = load_images(truth, other, all(other));
@@ -186,21 +220,24 @@ Material read(const std::string& folder) {
 
 /// Of a method, from all that is known of the images.
 TrainingSet set_of(const Material& m, const Method& method) {
-  return training_set(m.images, m.dataset.scene_box_m, {},
-                      method.knows_response ? m.dataset.resolution : std::optional<Resolution>(), method.ground);
+  const std::optional<Resolution> resolution = method.knows_response ? m.dataset.resolution : std::optional<Resolution>();
+  if (m.dataset.exact_poses || !method.registers) return training_set(m.images, m.dataset.scene_box_m, {}, resolution, method.ground);
+  return app::registered_training_set(m.images, m.dataset.scene_box_m, {}, resolution, method.ground).set;
 }
 
 TrainerOptions options_of(const TrainingSet& set) {
   return default_options(set, "grid", Schedule::steps, /*surfaces=*/false);
 }
 
-Cell learn(const Material& m, const Rule* rule, int seed, std::int64_t n_steps, const Monitor& monitor) {
+Cell learn(const Material& m, const Rule* rule, int seed, const AblationOptions& o, const Monitor& monitor) {
   Method method;
+  for (const Rule* other : o.base) other->leave_out(method);
   if (rule) rule->leave_out(method);
+  std::int64_t n_steps = o.n_steps;
   WorkClock clock(0.0, 0.0);
   TrainingSet set = set_of(m, method);
   TrainerOptions options = options_of(set);
-  method.options(options, set);
+  for (const auto& change : method.options) change(options, set);
   options.seed = static_cast<std::uint64_t>(seed);
   if (n_steps == 0) n_steps = default_steps(set);
   Cell cell{m.name, rule ? rule->name : kAll, seed};
@@ -322,13 +359,20 @@ std::optional<AblationOptions> parse(int argc, char** argv) {
   command.add("--seeds", o.n_seeds, whole("N", 1, 1000), "Seeds 1 to N of each cell");
   command.add("--steps", o.n_steps, whole("N", 0, 1'000'000), "Steps of each training; 0: sar_nerf_train's default");
   command.add_list("--rules", o.only, text("NAME"), "Only these; 'all' is the method with everything", {.one_at_a_time = true});
+  command.add_list("--without", o.without, text("NAME"),
+                   "Leave these out of every training: the method that is ablated is the one without them", {.one_at_a_time = true});
   command.add_flag("--dry-run", o.dry_run, "Print the cells that are missing and stop");
   command.add_shared_options();
   command.then([&] { o.shared = command.shared_options(); });
   if (!command.parse(argc, argv)) return std::nullopt;
+  const auto rule_of = [](const char* option, const std::string& name) {
+    const auto rule = std::ranges::find(rules(), name, &Rule::name);
+    if (rule == rules().end()) throw UsageError(std::string(option) + ": there is no rule " + in_quotes(name));
+    return &*rule;
+  };
   for (const std::string& name : o.only)
-    if (name != kAll && std::ranges::find(rules(), name, &Rule::name) == rules().end())
-      throw UsageError("--rules: there is no rule " + in_quotes(name));
+    if (name != kAll) rule_of("--rules", name);
+  for (const std::string& name : o.without) o.base.push_back(rule_of("--without", name));
   return o;
 }
 
@@ -361,18 +405,21 @@ void run_ablation(int argc, char** argv, app::Console& console) {
     const TrainingSet set = set_of(m, {});
     m.is_speckled = set.ground && set.ground->speckled;
   }
+  Method base;
+  for (const Rule* rule : o.base) rule->leave_out(base);
   // Seed by seed, so that a study that was interrupted has judged every rule.
   std::vector<Missing> missing;
   for (int seed = 1; seed <= o.n_seeds; ++seed)
     for (const Material& m : materials) {
-      const TrainingSet set = set_of(m, {});
-      const TrainerOptions options = options_of(set);
+      const TrainingSet set = set_of(m, base);
+      TrainerOptions options = options_of(set);
+      for (const auto& change : base.options) change(options, set);
       const auto add = [&](const Rule* rule, const std::string& name) {
         if (!done.contains({m.name, name, seed})) missing.push_back({&m, rule, seed});
       };
       add(nullptr, kAll);
       for (const Rule& rule : rules())
-        if (chosen(rule.name) && rule.acts(options, set)) add(&rule, rule.name);
+        if (chosen(rule.name) && std::ranges::find(o.base, &rule) == o.base.end() && rule.acts(options, set)) add(&rule, rule.name);
     }
   if (o.dry_run) {
     for (const Missing& c : missing)
@@ -382,7 +429,7 @@ void run_ablation(int argc, char** argv, app::Console& console) {
   std::ofstream out(file, std::ios::app);
   for (std::size_t n = 0; n < missing.size(); ++n) {
     const Missing& c = missing[n];
-    const Cell cell = learn(*c.material, c.rule, c.seed, o.n_steps, monitor);
+    const Cell cell = learn(*c.material, c.rule, c.seed, o, monitor);
     out << json_of(cell).dump() << std::endl;
     if (!out) throw Error(file.string() + " could not be written; is the disk full?");
     cells.push_back(cell);

@@ -19,7 +19,7 @@ std::string seconds_name(double s) {
   return text;
 }
 
-/// What runs of each planned time had at their end: means over seeds, with the seeds' range.
+/// Scores at the end of the runs of each planned time: means over seeds, with the seeds' range.
 PlotSeries ends_of(const LearningStudy& study, const std::string& field) {
   struct Ends {
     double seconds = 0.0, sum_db = 0.0, n = 0.0;
@@ -48,7 +48,7 @@ PlotSeries ends_of(const LearningStudy& study, const std::string& field) {
   return series;
 }
 
-/// The first of the longest runs, all along.
+/// The curve of the longest run, the first of several.
 PlotSeries course_of(const LearningStudy& study, const std::string& field) {
   const LearningRun* longest = nullptr;
   for (const LearningRun& run : study.runs) {
@@ -154,7 +154,7 @@ std::string seconds_text(const std::optional<double>& s) {
 struct Group {
   std::string field;
   double planned_s = 0.0;
-  std::vector<const LearningRun*> runs;  ///< those that came to their end
+  std::vector<const LearningRun*> runs;  ///< those that did not diverge
 };
 
 std::vector<Group> groups_of(const LearningStudy& study) {
@@ -220,7 +220,7 @@ std::string learning_tables(const LearningStudy& study) {
   std::vector<double> levels_db(std::begin(kLevels_db), std::end(kLevels_db));
   for (const double level_db : kLevels_db)
     columns.push_back({format("%g dB", level_db), Align::right});
-  // Equal quality against the paper's way, wherever that got to.
+  // Time to the best score of the paper's method, whatever that was.
   double plain_db = -std::numeric_limits<double>::infinity();
   for (const LearningRun& run : study.runs) {
     if (run.field != "plain") continue;

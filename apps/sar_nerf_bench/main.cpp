@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// sar_nerf_bench: how good learned fields are after how many seconds, beside the paper's way of learning.
+// sar_nerf_bench: quality of learned fields against seconds of training, beside the paper's method of learning.
 #include <algorithm>
 #include <optional>
 #include <span>

@@ -47,8 +47,8 @@ std::unique_ptr<Contestant> make_contestant(const std::string& field, TrainingSe
 
 namespace {
 
-/// The box of all points at which any of the views is sampled: no point may leave the encoding's range,
-/// where its waves begin again.
+/// The box of all points at which any of the views is sampled: no point may leave the encoding's range, beyond which
+/// its waves repeat.
 Box sampled_box(const TrainingSet& set, const std::function<RayGrid(const Acquisition&)>& rays) {
   Box box;
   for (const PosedImage& image : set.images) {
@@ -76,7 +76,7 @@ PlainLearner::PlainLearner(TrainingSet set, const PlainOptions& options)
     if (layer.name == "s")
       network_.bias(layer).fill_(std::log(std::expm1(options_.initial_brightness)));
   }
-  // No epsilon to speak of: gradients of squares relative to the peak are small numbers.
+  // A negligible epsilon: gradients of squares relative to the peak are small numbers.
   adam_ = std::make_unique<torch::optim::Adam>(
       std::vector<torch::Tensor>{network_.parameters},
       torch::optim::AdamOptions(options_.rate).eps(1e-15));

@@ -70,7 +70,7 @@ namespace {
 /// From one score of a run to the next, its time grows by this factor at least.
 constexpr double kScoreEvery = 1.25;
 
-/// What is learned from.
+/// The training data.
 struct Material {
   std::filesystem::path folder;
   Dataset dataset;
@@ -81,10 +81,9 @@ struct Material {
   }
 };
 
-/// Up to `most` of `count` places, spread by the golden ratio: evenly, but out of step with any period.
-/// Views at equal distances might all stand equally far from the training views, which stand at equal
-/// distances themselves.
-std::vector<std::size_t> scattered_places(std::size_t count, std::size_t most) {
+/// Up to `most` of `count` indices, spread by the golden ratio: evenly, but without a period. Equally spaced views
+/// might all have the same distance from the training views, which are equally spaced themselves.
+std::vector<std::size_t> scattered_indices(std::size_t count, std::size_t most) {
   std::set<std::size_t> places;
   for (double n = 0.0; places.size() < std::min(count, most); n += 1.0) {
     const double turns = (n + 0.5) * std::numbers::phi;
@@ -105,7 +104,7 @@ std::vector<PosedImage> judged_views(const Options& o, const Dataset& dataset, a
   if (unseen.empty())
     throw UsageError(name + ": expected views that are not trained on, found none");
   std::vector<std::size_t> chosen;
-  for (const std::size_t n : scattered_places(unseen.size(), o.n_views))
+  for (const std::size_t n : scattered_indices(unseen.size(), o.n_views))
     chosen.push_back(unseen[n]);
   std::vector<PosedImage> views = load_images(o.against, other, chosen, monitor);
   for (PosedImage& view : views) view.acquisition.aim_m = glm::dvec3(0.0);
@@ -128,7 +127,7 @@ LearningRun learn(LearningRun run, const Material& material, const Judge& judge,
   run.start_s = clock.seconds();
   double scored_s = 0.0, next_s = 0.0, step_s = 0.0;
   std::int64_t n_steps = 0;
-  // One step at least: what has learned nothing is of no use.
+  // At least one step: a field that has learned nothing is of no use.
   for (bool ended = false; !ended;) {
     const double before_s = clock.seconds();
     try {

@@ -36,7 +36,7 @@ struct Options {
 /// Empty when help or the version was asked for and has been printed. Throws UsageError.
 std::optional<Options> parse_options(int argc, char** argv);
 
-/// Wall-clock and processor seconds of a run, standing still while it is being scored.
+/// Wall-clock and processor seconds of a run. The clock stops while the run is scored.
 class WorkClock {
  public:
   /// Begins as if it had run for `seconds` already, of which the processor worked `cpu_seconds`.
@@ -72,7 +72,7 @@ class WorkClock {
   bool running_ = true;
 };
 
-/// What all runs of a study are judged by, read once before them.
+/// The views on which all runs of a study are scored, read once before them.
 struct Judge {
   std::vector<PosedImage> views;  ///< their acquisitions' aim is the origin
   double peak_power = 0.0;        ///< of the training images
@@ -81,20 +81,19 @@ struct Judge {
   double psnr_db(const std::function<Image<float>(const Acquisition&)>& render) const;
 };
 
-/// Seconds before the first line of main(), which each run would have spent alone.
+/// Seconds before the first line of main(), which each run would have taken if it ran alone.
 struct Loading {
   double seconds = 0.0, cpu_seconds = 0.0;
 };
 
-/// Trains every contestant for every time and seed, one after the other, shortest first. Each run reads
-/// the training images and initialises its field anew, and that counts as its time, as does `loading`.
-/// `finished` is called with what is there after each run. A run that diverges ends there and says so.
+/// Trains every contestant for every time and seed, one after the other, shortest first. Each run reads the training
+/// images and initialises its field anew; this counts as its time, as does `loading`. Calls `finished` with all
+/// results so far after each run. A run that diverges ends there and is recorded as diverged.
 ///
-/// A run is scored about every quarter of its time, and at the end; while that goes on its clock stands
-/// still. Nor is a run scored for longer than it has learned, but for the last score.
+/// A run is scored whenever its time has grown by a quarter, and at the end; its clock stops meanwhile. Except for
+/// the last score, scoring takes no longer in total than learning.
 ///
-/// Throws InputError for bad datasets, UsageError where the two do not belong together, Interrupted when
-/// the monitor asks for it.
+/// Throws InputError for bad datasets, UsageError if the two do not belong together, Interrupted when the monitor asks for it.
 void study_learning(const Options& options, const Loading& loading, app::Console& console,
                     const Monitor& monitor,
                     const std::function<void(const LearningStudy&)>& finished);

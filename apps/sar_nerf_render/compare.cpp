@@ -19,7 +19,7 @@
 namespace sarnerf::app {
 namespace {
 
-/// The images that the model was learned from, for the baselines; none, with a note, where they are no longer there.
+/// The images that the model was learned from, for the baselines; none, with a warning, if they no longer exist.
 std::vector<PosedImage> training_images(const Job& job, Console& console, const Monitor& monitor) {
   const ModelInfo& info = job.model.info;
   const bool asked = !job.options.training.empty();
@@ -37,7 +37,7 @@ std::vector<PosedImage> training_images(const Job& job, Console& console, const 
         if (view.image == dataset.views[n].image) which.push_back(n);
       }
     }
-    // As training took them.
+    // Outliers are limited as in training.
     std::vector<PosedImage> images = load_images(folder, dataset, which, monitor);
     limit_outliers(images);
     return images;
@@ -49,7 +49,7 @@ std::vector<PosedImage> training_images(const Job& job, Console& console, const 
   }
 }
 
-/// The views to predict. Throws UsageError where they show another place or quantity.
+/// The views to predict. Throws UsageError if they show another place, have another calibration, or were all trained on.
 std::vector<PosedImage> truth_images(const Job& job, Console& console, const Monitor& monitor) {
   const Options& o = job.options;
   const ModelInfo& info = job.model.info;
@@ -99,7 +99,7 @@ std::filesystem::path evaluation_file(const Job& job, const Json& request) {
 std::string compare(const Job& job, Console& console, const Monitor& monitor) {
   const Options& o = job.options;
   if (job.model.field->occupied_box_m().empty())
-    throw CheckpointError(o.model.string() + ": the field holds no matter, and black images are no predictions to score; train it anew");
+    throw CheckpointError(o.model.string() + ": the field has no occupied voxels, and black images cannot be scored; train it anew");
   const ImageDistance lpips = load_lpips(o.lpips);
   const std::vector<PosedImage> truth = truth_images(job, console, monitor);
   const Dataset against = read_manifest(o.against);

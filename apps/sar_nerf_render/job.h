@@ -32,10 +32,10 @@ struct Options {
   std::optional<std::pair<int, int>> size;  ///< azimuth, range
   std::optional<std::pair<double, double>> spacing_m;
   std::optional<Quantity> quantity;
-  ResolutionChoice resolution;  ///< unless told, the model's
+  ResolutionChoice resolution;  ///< automatic: the model's
 
   std::filesystem::path against;   ///< empty: new views are rendered
-  std::filesystem::path training;  ///< empty: where the model says
+  std::filesystem::path training;  ///< empty: the folder that the model names
   std::filesystem::path lpips;
   double despeckle_deg = 0.0;  ///< 0: single views are the only truth
 
@@ -50,7 +50,7 @@ struct Options {
 /// configuration file.
 std::optional<Options> parse_options(int argc, char** argv);
 
-/// The model, and the views to be made of it.
+/// The model, and the views to render from it.
 struct Job {
   Options options;
   Model model;
@@ -59,14 +59,14 @@ struct Job {
   Json request;                    ///< of the recipe
 };
 
-/// Reads the model and sets up the views; warns of what it ignores. Throws CheckpointError for a bad model, GeometryError
-/// for impossible views, UsageError for more memory than allowed.
+/// Reads the model and sets up the views; warns of parts of the model that are ignored. Throws CheckpointError for a
+/// bad model, GeometryError for impossible views, UsageError for more memory than allowed.
 Job prepare(const Options& options, Console& console);
 
 /// The view's image in the quantity asked for. Throws NumericsError when a pixel is not finite.
 Image<float> make_image(const Job& job, const DatasetView& view);
 
-/// What is made, for people.
+/// The plan as text.
 std::string explain(const Job& job);
 
 /// report.json of an image or a sweep: the only output that depends on clock and threads.
@@ -75,18 +75,18 @@ std::string report_text(const Job& job, std::size_t n_rendered, double render_s)
 /// Name of this program in recipes.
 inline constexpr const char* kProgram = "sar_nerf_render";
 
-/// Predicts the views of --against, and scores them beside what interpolation between the training images gives. With -o,
-/// writes evaluation.json into that folder. Returns the table of means. Throws UsageError where nothing can be compared,
-/// InputError for bad datasets.
+/// Predicts the views of --against, and scores the predictions beside interpolation between the training images. With
+/// -o, writes evaluation.json into that folder. Returns the table of means. Throws UsageError if nothing can be
+/// compared, InputError for bad datasets, CheckpointError for a field without occupied voxels.
 std::string compare(const Job& job, Console& console, const Monitor& monitor);
 
 /// Renders the job's only view to NAME.tif, NAME.png, NAME.report.json and NAME.json, the recipe, which comes last. Returns
 /// the files' names, one a line. Throws UsageError when other output is in the way.
 std::string write_single_view(const Job& job, Console& console, const Monitor& monitor);
 
-/// Renders the job's views into a dataset folder of sar_render's form (docs/guide/outputs.md), and goes on where an earlier run
-/// of the same recipe stopped. The same bytes whatever the interruptions. Returns the manifest's name. Throws UsageError
-/// when other output is in the way, Interrupted after writing a manifest of the finished views.
+/// Renders the job's views into a dataset folder in the format of sar_render (docs/guide/outputs.md). Continues an
+/// earlier run of the same recipe; interruptions do not change the bytes. Returns the manifest's name. Throws
+/// UsageError when other output is in the way, Interrupted after writing a manifest of the finished views.
 std::string write_sweep(const Job& job, Console& console, const Monitor& monitor);
 
 }  // namespace sarnerf::app

@@ -24,7 +24,7 @@ namespace sarnerf::app {
 
 namespace {
 
-/// Of LibTorch and the program; then the model and a few images.
+/// Memory of LibTorch and the program. A few images are added to it; the model is not counted.
 constexpr std::uint64_t kBaseMemory = 600ull << 20;
 
 std::vector<DatasetView> views_of(const Options& o, const ModelInfo& info) {
@@ -82,11 +82,12 @@ Json request_of(const Job& job, const std::filesystem::path& file) {
   return valid_text(j);
 }
 
-/// Angle (rad) between lines of sight from which a new view is far from a training view, where these are not farther from one
-/// another: 5 deg beyond the trained pitches cost 10 dB already (docs/results/learning.md, Pitch).
+/// A new view is far from training if the angle (rad) between its line of sight and the nearest training view's
+/// exceeds this, or the largest such angle between the training views if that is greater. 5 deg beyond the trained
+/// pitches cost 10 dB already (docs/results/learning.md, Pitch).
 constexpr double kFar_rad = 10.0 * std::numbers::pi / 180.0;
 
-/// From a line of sight to the nearest of others (rad), the one at `but` left out.
+/// Angle (rad) from a line of sight to the nearest of others, without the one at index `but`.
 double nearest_rad(const glm::dvec3& k, std::span<const glm::dvec3> others, std::size_t but) {
   double most_cosine = -1.0;
   for (std::size_t n = 0; n < others.size(); ++n) {
@@ -95,7 +96,7 @@ double nearest_rad(const glm::dvec3& k, std::span<const glm::dvec3> others, std:
   return std::acos(std::min(1.0, most_cosine));
 }
 
-/// Views outside of what training has seen: beyond its pitches, on another side, in a gap of its azimuths.
+/// Warns of views far from all training views: beyond their pitches, on another side, in a gap of their azimuths.
 void warn_of_far_views(const Job& job, Console& console) {
   const auto line_of_sight = [](const DatasetView& v) { return radar_frame(acquisition_of(v, glm::dvec3(0.0))).k; };
   std::vector<glm::dvec3> trained;
@@ -123,7 +124,7 @@ void warn_of_far_views(const Job& job, Console& console) {
                          v.incidence_deg, v.azimuth_deg, deg_from_rad(most_rad)));
 }
 
-/// Another impulse response than the images' is possible where the field is the scene without it.
+/// Sets another impulse response than that of the images. The field must be the scene without the images' response.
 void choose_resolution(const ResolutionChoice& choice, LearnedField& field) {
   if (choice.automatic) return;
   if (!field.resolution)
@@ -132,7 +133,8 @@ void choose_resolution(const ResolutionChoice& choice, LearnedField& field) {
   field.resolution = choice.resolution;
 }
 
-/// Rays are cut at the borders of range bins wherever they meet matter, inside of the image and in front of it.
+/// Refuses too many range bins: rays are cut at their borders wherever they meet occupied voxels, inside the image
+/// and in front of it.
 void refuse_countless_bins(const Job& job) {
   constexpr double kMostBins = 16384.0;
   const Box box_m = job.model.field->occupied_box_m();
@@ -166,7 +168,7 @@ Job prepare(const Options& options, Console& console) {
   choose_resolution(options.resolution, *job.model.field);
   job.quantity = options.quantity.value_or(job.model.info.quantity);
   job.views = views_of(options, job.model.info);
-  if (const auto& r = job.model.field->resolution)  // refuses what cannot be before anything is written
+  if (const auto& r = job.model.field->resolution)  // refuses an impossible response before anything is written
     impulse_response(*r, job.views.front().azimuth_spacing_m, job.views.front().range_spacing_m);
   job.request = request_of(job, file);
   refuse_beyond_memory(job);

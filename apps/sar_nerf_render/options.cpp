@@ -26,7 +26,7 @@ constexpr const char* kExamples =
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 not finite, 130 "
     "interrupted.";
 
-/// What --against takes from the dataset.
+/// Options that --against excludes, because it takes the views from the dataset.
 const std::vector<std::string> kViewOptions{"--pitch", "--depression", "--azimuth", "--altitude", "--slant-range", "--look",
                                             "--size", "--spacing", "--quantity", "--resolution", "--window"};
 

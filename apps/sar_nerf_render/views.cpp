@@ -22,7 +22,7 @@ struct Paths {
   std::filesystem::path tiff, png, report, recipe;
 };
 
-/// Whether the files of this recipe are there already. Throws UsageError for others.
+/// Whether the files of this recipe exist already. Throws UsageError for other files.
 bool finished(const Paths& paths, const Json& request) {
   const auto refuse = [&](const std::string& why) {
     throw UsageError(paths.tiff.string() + ": other output is in the way (" + why +
@@ -72,7 +72,7 @@ std::string write_single_view(const Job& job, Console& console, const Monitor& m
   monitor.check();
   const float white = white_level(image);
   if (white <= 0.0f)
-    console.warning("the image is blank: the model holds no matter that this view sees");
+    console.warning("the image is blank: the model has no occupied voxels that this view sees");
   const DisplayScale scale(std::span(&white, 1));
   Json recipe = make_recipe(kProgram, job.request, {{"view", Json::parse(view_text(view))}});
   recipe["display"] = scale.text(job.quantity);
@@ -81,7 +81,7 @@ std::string write_single_view(const Job& job, Console& console, const Monitor& m
   files.add(paths.png, make_picture(image, job.quantity, scale));
   files.add(paths.report, report_text(job, 1, render_s));
   files.add(paths.recipe, recipe_text(recipe));
-  // An old recipe must not vouch for new images, should the machine stop between the renames.
+  // If the machine stops between the renames, no old recipe must stand beside new images.
   std::filesystem::remove(paths.recipe);
   files.commit();
   return result;
@@ -150,7 +150,7 @@ std::string write_sweep(const Job& job, Console& console, const Monitor& monitor
   const Stopwatch rendering;
   Json display;
   std::map<std::size_t, Image<float>>
-      held;  // rendered for the pictures' scale, written in their turn
+      held;  // rendered for the pictures' scale, written later in order
   try {
     std::vector<float> whites;
     for (const std::size_t n : DisplayScale::sample_views(n_views)) {

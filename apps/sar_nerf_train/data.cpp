@@ -16,7 +16,7 @@
 namespace sarnerf::app {
 namespace {
 
-/// Of LibTorch, the program and what grows with neither images nor field.
+/// Memory of LibTorch, of the program, and of all that grows with neither images nor field.
 constexpr std::uint64_t kBaseMemory = 600ull << 20;
 
 std::uint64_t image_bytes(const std::vector<DatasetView>& views) {
@@ -43,7 +43,7 @@ std::vector<DatasetView> chosen(const std::vector<DatasetView>& views,
   return list;
 }
 
-/// Views of --against that may be predicted.
+/// Indices of the views of --against that can be compared: no training view has their angles.
 std::vector<std::size_t> comparable(const Options& o, const Dataset& dataset, const Dataset& other,
                                     const std::vector<DatasetView>& training, Console& console) {
   const std::string name = "--against " + o.against.string();
@@ -72,7 +72,7 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
   for (const Outlier& outlier : data.set.outliers) console.warning(outlier_text(outlier, data.set.images));
   if (views.size() == 1)
     console.warning(
-        "a single view says little of the scene's shape: expect other views to be wrong");
+        "a single view hardly constrains the scene's shape: expect other views to be wrong");
   std::size_t n_repeated = 0;
   for (std::size_t a = 0; a < views.size(); ++a) {
     const auto same = [&](const DatasetView& v) { return same_angles(v, views[a]); };
@@ -84,7 +84,7 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
                     (n_repeated == 1 ? " has" : " have") + " the angles of another one: they are averaged, and count twice");
 }
 
-/// A response must fit into the images, with what it spreads. Throws UsageError.
+/// The images must be at least four widths of the impulse response wide. Throws UsageError.
 void require_inside(const Resolution& resolution, const DatasetView& v) {
   constexpr double kLeastWidths = 4.0;
   const double azimuth_m = v.n_azimuth * v.azimuth_spacing_m, range_m = v.n_range * v.range_spacing_m;
@@ -95,7 +95,7 @@ void require_inside(const Resolution& resolution, const DatasetView& v) {
                           range_m / kLeastWidths));
 }
 
-/// What the user told, which must be possible; else what the dataset says, if it is.
+/// The resolution that the user gave, which must be possible; else that of the dataset, if it is possible.
 std::optional<Resolution> usable_resolution(const Options& o, const Dataset& dataset, Console& console) {
   const std::optional<Resolution> resolution = o.resolution.or_else(dataset.resolution);
   if (!resolution) return {};
@@ -109,7 +109,7 @@ std::optional<Resolution> usable_resolution(const Options& o, const Dataset& dat
       throw UsageError(std::string("--resolution: ") + error.what() + " (size and spacing are those of the images in " +
                        o.dataset.string() + ", which training cannot change)");
     console.warning(o.dataset.string() + ": its impulse response of " + resolution_text(*resolution) +
-                    " is left out, for no image of its size and spacing has it; --resolution gives another one");
+                    " is ignored: it is impossible for images of this size and spacing; --resolution gives another one");
     return {};
   }
   return resolution;
@@ -124,7 +124,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   if (views.empty())
     throw InputError(o.dataset.string() + ": the dataset has no view to learn from");
   if (data.dataset.unfinished()) console.warning(o.dataset.string() + ": " + unfinished_text(data.dataset));
-  // Views of another dataset make holding out needless.
+  // With views of another dataset, no view needs to be held out.
   const bool none = !o.against.empty() && o.holdout.kind == Holdout::Kind::automatic;
   const auto held_out = none ? std::vector<std::size_t>{} : held_out_views(views, o.holdout);
   std::vector<std::size_t> training;
@@ -150,15 +150,15 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   data.fingerprint = dataset_fingerprint(o.dataset, data.dataset, monitor);
   const bool registers = o.registers.value_or(!data.dataset.exact_poses);
   std::vector<PosedImage> images = load_images(o.dataset, data.dataset, training, monitor);
-  if (registers) register_views(images, kCut_pixels, 0.0, monitor);
-  data.set = training_set(std::move(images), data.dataset.scene_box_m, o.heights, usable_resolution(o, data.dataset, console));
-  data.set.exact_poses = !registers;
-  if (registers)
-    for (const PosedImage& image : data.set.images) data.registered.push_back(image.acquisition);
-  // The shifts were for the ground, whose height shows in views that fit onto one another. The field learns them anew from none:
-  // neighbours say little of what varies slowly with azimuth, and what is wrong there stays.
-  for (auto* list : {&data.set.images, &data.set.cleaned})
-    for (PosedImage& image : *list) image.acquisition.azimuth_shift_m = image.acquisition.range_shift_m = 0.0;
+  const std::optional<Resolution> resolution = usable_resolution(o, data.dataset, console);
+  if (registers) {
+    RegisteredSet registered =
+        registered_training_set(std::move(images), data.dataset.scene_box_m, o.heights, resolution, {}, monitor);
+    data.set = std::move(registered.set);
+    data.registered = std::move(registered.registered);
+  } else {
+    data.set = training_set(std::move(images), data.dataset.scene_box_m, o.heights, resolution);
+  }
   if (!held_out.empty()) data.validation = load_images(o.dataset, data.dataset, held_out, monitor);
   if (!unseen.empty()) {
     auto more = load_images(o.against, other, unseen, monitor);
@@ -167,7 +167,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   for (PosedImage& image : data.validation) image.acquisition.aim_m = glm::dvec3(0.0);
   for (const Outlier& outlier : limit_outliers(data.validation))
     console.warning("of the views to compare with: " + outlier_text(outlier, data.validation));
-  // The truth's views are registered to one another alone, never to a method's output.
+  // The views of the truth are registered only to one another, never to a method's output.
   std::vector<PosedImage> truth;
   if (o.despeckle_deg > 0.0) truth = data.validation;
   if (registers) register_views(truth, kCut_pixels, 0.0, monitor);
@@ -183,12 +183,12 @@ ModelInfo model_info(const Data& data, const TrainingSet& set, const Options& op
     info.reference_bin_m = std::min(info.reference_bin_m, v.range_spacing_m);
   info.aim_m = data.dataset.aim_m;
   info.scene_box_m = data.dataset.scene_box_m;
-  info.scene_box_m.min.y = set.box_m.min.y + info.aim_m.y;  // the ground, where images tell it
+  info.scene_box_m.min.y = set.box_m.min.y + info.aim_m.y;  // the ground, if the images determine it
   info.quantity = data.dataset.quantity;
   info.calibration = data.dataset.calibration;
   info.scale = data.dataset.scale;
   info.peak_power = double{set.peak};
-  // The view in the middle of the incidences: where the images are most like new ones.
+  // The view of median incidence: new views resemble it the most.
   std::vector<DatasetView> sorted = data.training_views;
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const auto& a, const auto& b) { return a.incidence_deg < b.incidence_deg; });

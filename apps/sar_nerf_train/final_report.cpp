@@ -57,15 +57,16 @@ Image<float> amplitudes(Image<float> power) {
   return power;
 }
 
-/// What baselines are made of: the images that the field learned from, registered to one another and not by the field.
+/// The images for the baselines: those that the field learned from, registered to one another and not by the field.
 std::vector<PosedImage> baseline_images(const ReportInput& in) {
   std::vector<PosedImage> images = in.trainer.set().images;
   for (std::size_t v = 0; v < in.data.registered.size(); ++v) images[v].acquisition = in.data.registered[v];
   return images;
 }
 
-/// A single view, its despeckled truth, the prediction, the baseline that comes closest, and the prediction's difference:
-/// of amplitudes, full colour at an eighth of the largest one, since differences of power would show single glints.
+/// Each picture shows a single view, its despeckled truth, the prediction, the best baseline, and the prediction's
+/// difference from the truth. It is the difference of amplitudes, with full colour at an eighth of the largest
+/// amplitude: differences of power would show only single glints.
 void write_despeckled_pictures(const ReportInput& in, const Findings& findings,
                                std::span<const PosedImage> training, std::span<const Baseline> baselines) {
   const MethodScores* const best = findings.despeckled->best_baseline();
@@ -83,7 +84,7 @@ void write_despeckled_pictures(const ReportInput& in, const Findings& findings,
   }
 }
 
-/// Scores, and the pictures of despeckled views, which show the best baseline beside.
+/// Scores the predictions, and writes the pictures of despeckled views, which include the best baseline.
 void judge(const ReportInput& in, Findings& findings, const Monitor& monitor) {
   EvaluationSettings settings;
   settings.peak_power = double{in.trainer.set().peak};
@@ -145,7 +146,7 @@ std::string json_text(const ReportInput& in, const Findings& findings) {
   return j.dump(2) + "\n";
 }
 
-/// ", 36 unseen views at 48.12 dB, 7.90 dB above 'nearest view'": of power.
+/// ", 36 unseen views at 48.12 dB, 7.90 dB above 'nearest view'": PSNR of power.
 std::string score_text(const Evaluation& evaluation, const char* kind_of_view) {
   std::string text = format(", %s at %.2f dB", counted(evaluation.views.size(), kind_of_view).c_str(),
                             evaluation.prediction->mean.psnr_power_db);
@@ -257,7 +258,7 @@ void add_curve(const ReportInput& in, TrainingReport& r) {
 }
 
 void add_pictures(const ReportInput& in, const Findings& findings, TrainingReport& r) {
-  for (const std::size_t n : spread_places(in.data.validation.size(), kMostPictures)) {
+  for (const std::size_t n : spread_indices(in.data.validation.size(), kMostPictures)) {
     ReportPictures p;
     p.view = view_of(in.data.validation_views[n]);
     if (findings.evaluation && findings.evaluation->prediction)
@@ -268,7 +269,7 @@ void add_pictures(const ReportInput& in, const Findings& findings, TrainingRepor
   }
   if (!in.data.validation.empty()) return;
   const auto& images = in.trainer.set().images;
-  for (const std::size_t n : spread_places(images.size(), kPicturesOfTraining)) {
+  for (const std::size_t n : spread_indices(images.size(), kPicturesOfTraining)) {
     ReportPictures p;
     p.view = view_of(in.data.training_views[n]);
     p.truth = images[n].power;
@@ -318,7 +319,7 @@ TrainingReport report_of(const ReportInput& in, const Findings& findings) {
   if (in.data.dataset.quantity == Quantity::amplitude)
     r.trained.push_back({"quantity", "amplitudes, squared: power is what is learned and compared"});
   if (in.data.training_views.size() == 1)
-    r.warnings.push_back("a single view says little of the scene's shape");
+    r.warnings.push_back("a single view hardly constrains the scene's shape");
   add_scores(in, findings, r);
   add_despeckled(in, findings, r);
   add_curve(in, r);
@@ -346,15 +347,15 @@ std::string sizes_text(const std::vector<DatasetView>& views) {
                                  std::to_string(sizes.size()) + " sizes";
 }
 
-/// What the images show around the scene, and what follows.
+/// What the images show around the scene, and the consequence for training.
 std::string background_text(const TrainingSet& set) {
   if (set.tails_are_dark) return "tails of an impulse response, 40 dB below the brightest pixel: taken for dark";
   if (!set.ground)
-    return set.background ? "returns power, but is no level ground of clear texture: nothing is carved"
+    return set.background ? "returns power, but is no level ground: nothing is carved"
                                       : "dark: what lies in front of the first returns is empty";
   const GroundEstimate& ground = *set.ground;
   return format("level ground%s, %.3g m %s the aim point, alone in %.0f %% of the pixels: rays end on it, "
-                "matter may be up to %.3g m above it%s",
+                "objects may be up to %.3g m high%s",
                 ground.speckled ? " under speckle" : "", std::abs(ground.plane->height_m),
                 ground.plane->height_m < 0.0 ? "below" : "above", 100.0 * ground.part_of_pixels(),
                 set.box_m.max.y - ground.plane->height_m, ground.speckled ? " (--scene-height)" : "");
@@ -371,13 +372,12 @@ std::vector<std::pair<std::string, std::string>> left_out(const Options& o, cons
                           : "no view is held out (--holdout, --against)");
   }
   if (o.patience > 0.0 && data.validation.empty())
-    list.emplace_back("early end", "no view is held out to tell when (--holdout, --against)");
+    list.emplace_back("early end", "needs held-out views (--holdout, --against)");
   if (o.lpips.empty()) list.emplace_back("LPIPS", "no weights given (--lpips FILE, docs/guide/lpips.md)");
-  list.emplace_back("rows that see no matter",
-                    "neither rendered nor learned from: they change nothing");
+  list.emplace_back("azimuth rows without occupied voxels", "neither rendered nor learned from: they contribute nothing");
   list.emplace_back(
       "empty space",
-      "voxels given up as they turn out to be empty, and those outside of what all views see");
+      "voxels that are pruned as empty, and those outside of all swaths");
   return list;
 }
 
@@ -399,10 +399,10 @@ std::string explain(const Options& o, const Data& data, const Trainer& trainer) 
   line("background", background_text(trainer.set()));
   if (trainer.set().resolution)
     line("impulse response", resolution_text(*trainer.set().resolution) +
-                                 (trainer.set().cleaned.empty() ? ": part of views, whose errors come back through it"
+                                 (trainer.set().deconvolved.empty() ? ": part of views, whose errors come back through it"
                                                                 : ": taken out of the images, and part of views"));
   if (!trainer.set().resolution && o.resolution.or_else(data.dataset.resolution))
-    line("impulse response", "left out: fewer than six speckled views do not tell a ground, or the spacing is too coarse for it");
+    line("impulse response", "left out: fewer than six speckled views do not determine a ground, or the spacing is too coarse for it");
   line("loss", loss_text(trainer.set(), trainer.options()));
   line("until", o.time_s ? std::to_string(*o.time_s) + " s after the program's start"
                          : std::to_string(o.steps) + " steps");

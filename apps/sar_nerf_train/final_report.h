@@ -21,13 +21,13 @@ struct StageTimes {
   void add(std::string name, double seconds) { stages.emplace_back(std::move(name), seconds); }
 };
 
-/// The plan for people: what is learned from what, for how long, and what is left out and why.
+/// The plan as text: images, field, loss, length of training, and what is left out and why.
 std::string explain(const Options& options, const Data& data, const Trainer& trainer);
 
-/// What a run does without, and why: pairs of both.
+/// Pairs of what a run leaves out, and why.
 std::vector<std::pair<std::string, std::string>> left_out(const Options& options, const Data& data);
 
-/// What a report tells of.
+/// Input of the reports.
 struct ReportInput {
   const Options& options;
   const Data& data;
@@ -38,16 +38,16 @@ struct ReportInput {
   const ImageDistance& lpips;
 };
 
-/// What was found out for it.
+/// Results for the reports.
 struct Findings {
-  std::optional<Evaluation> evaluation;   ///< of all views kept away from training
-  std::optional<Evaluation> despeckled;   ///< of their despeckled truth, where asked for
-  std::vector<Image<float>> predictions;  ///< of them
+  std::optional<Evaluation> evaluation;   ///< of all validation views
+  std::optional<Evaluation> despeckled;   ///< of their despeckled truth, if requested
+  std::vector<Image<float>> predictions;  ///< of the validation views
   std::string lpips_missing;              ///< why there is no LPIPS
   StageTimes times;
 };
 
-/// Predicts and judges the validation views, and writes val/, report.html and, last, report.json.
+/// Predicts and scores the validation views, and writes val/, report.html and, last, report.json.
 void write_reports(const ReportInput& input, StageTimes times, Console& console,
                    const Monitor& monitor);
 

@@ -81,7 +81,7 @@ void add_options(CommandLine& command, Options& o) {
               "Sparse voxels, or the paper's network");
   command.add("--surfaces", o.surfaces,
               one_of<std::optional<bool>>({{"auto", std::nullopt}, {"on", true}, {"off", false}}),
-              "Learn opaque matter, from which surfaces can be taken; auto: with 36 or more images of different incidences "
+              "Learn opaque material, from which surfaces can be extracted; auto: with 36 or more images of different incidences "
               "and no background");
   command.add("--register", o.registers,
               one_of<std::optional<bool>>({{"auto", std::nullopt}, {"on", true}, {"off", false}}),
@@ -137,7 +137,7 @@ void add_options(CommandLine& command, Options& o) {
   command.add_shared_options();
 }
 
-/// What stands behind an option, before the command line is read; empty where it is not given.
+/// The argument of an option, found before the command line is read; empty if the option is not given.
 std::string text_behind(const std::string& option, int argc, char** argv) {
   for (int n = 1; n < argc; ++n) {
     const std::string_view argument = argv[n];
@@ -148,7 +148,8 @@ std::string text_behind(const std::string& option, int argc, char** argv) {
   return {};
 }
 
-/// The options of one field mean nothing to the other, so that this comes before they are read.
+/// Throws UsageError if the run has another field. Called before the options are read, because options of one field
+/// are invalid for the other.
 void require_field_of_run(const std::filesystem::path& config, const std::string& asked_for) {
   std::ifstream file(config);
   for (const FlatItem& item : read_flat_toml(file, config.string())) {
@@ -193,7 +194,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kAny = std::numeric_limits<double>::max();
 
-/// What is not listed may be anything from 0.
+/// Limits of a training option. An option that is not listed may have any value from 0.
 struct Limits {
   const char* name;
   double least, most;
@@ -212,7 +213,7 @@ constexpr Limits kLimits[] = {
     {"longest_segment", 1e-2, 1e2},
 };
 
-/// Voxels of the scene box at the coarsest level: what carving looks at.
+/// Most voxels of the scene box at the coarsest level, all of which carving visits.
 constexpr double kMostVoxels = 4e8;
 
 void require_within_limits(const std::string& name, double value) {
@@ -295,14 +296,14 @@ TrainerOptions training_options(const Options& o, const TrainingSet& set) {
 
 namespace {
 
-/// Half as many steps tell which smoothness is the best.
+/// Trainings with half as many steps suffice to determine the best smoothness.
 constexpr std::int64_t kShorter = 2;
 
 std::string text_of(const SmoothnessChoice& choice) {
   std::string text;
   for (const SmoothnessTrial& trial : choice.trials)
     text += format("%s%.6g at %.3g", text.empty() ? "" : ", ", trial.loss, trial.factor);
-  return format("smoothness: %.3g times what suits as many views (loss of held-out views: %s)", choice.factor, text.c_str());
+  return format("smoothness: %.3g times the default for this number of views (loss of held-out views: %s)", choice.factor, text.c_str());
 }
 
 }  // namespace

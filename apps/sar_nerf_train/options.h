@@ -37,49 +37,49 @@ class RunFolder {
   std::filesystem::path page() const { return folder_ / "report.html"; }
   std::filesystem::path pictures() const { return folder_ / "val"; }
 
-  /// Whether anything of a run is there.
+  /// Whether the folder contains any file or subfolder of a run.
   bool occupied() const;
 
-  /// Deletes what an earlier run wrote and nothing else; config.toml goes last: whatever stops this in the middle, the
-  /// rest is still known as that run's.
+  /// Deletes what an earlier run wrote, and nothing else. Deletes config.toml last:
+  /// after an interruption, the remaining files can still be attributed to that run.
   void clear() const;
 
-  /// Deletes reports and pictures: what is about to be made anew.
+  /// Deletes the reports and the pictures, which will be made anew.
   void clear_reports() const;
 
-  /// Creates the folders, and deletes temporary files of a killed process. Only while the folder is locked.
+  /// Creates the folders, and deletes temporary files of a killed process. Call it only while the folder is locked.
   void prepare() const;
 
  private:
   std::filesystem::path folder_;
 };
 
-/// Of the field `grid`: over what suits the images.
+/// Weights of the smoothness priors of the field `grid`, relative to the defaults for the images.
 struct Smoothness {
   double factor = 1.0;
-  bool validated = false;  ///< held-out views choose the factor
+  bool validated = false;  ///< the factor is chosen by held-out views
 };
 
 /// What the user asked for, checked one by one and against each other, before any file but --config is opened.
 struct Options {
   std::filesystem::path dataset;
   std::string field = "grid";
-  std::optional<bool> surfaces;  ///< unless the images decide
-  std::optional<bool> registers;  ///< whether views' shifts and gains are learned; unless told, the dataset decides
-  SceneHeights heights;          ///< unless told, the images decide
-  ResolutionChoice resolution;   ///< unless told, the dataset says
+  std::optional<bool> surfaces;  ///< empty: the images decide
+  std::optional<bool> registers;  ///< whether views' shifts and gains are learned; empty: the dataset decides
+  SceneHeights heights;          ///< empty: the images decide
+  ResolutionChoice resolution;   ///< automatic: that of the dataset
   Smoothness smoothness;
-  std::int64_t steps = 0;        ///< 0: as many as suit the images
+  std::int64_t steps = 0;        ///< 0: default_steps() for the images
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
   Holdout holdout;
-  double patience = 0.0;          ///< share of the schedule; 0: training ends with it
+  double patience = 0.0;          ///< fraction of the schedule; 0: no early end
   std::filesystem::path against;  ///< empty: no views of another dataset
   std::filesystem::path lpips;    ///< empty: not computed
   double despeckle_deg = 0.0;     ///< 0: single views are the only truth
   std::uint64_t seed = 1;
   std::vector<std::string> training;  ///< name=value
   std::filesystem::path run;          ///< folder of the output
-  bool resume = false;                ///< `run` holds what is continued
+  bool resume = false;                ///< continue the run in the folder `run`
   bool overwrite = false;
   bool explain = false;
   bool dry_run = false;               ///< print the plan and stop
@@ -87,49 +87,49 @@ struct Options {
 };
 
 /// Empty when help or the version was asked for and has been printed. Throws UsageError, and InputError for a bad
-/// configuration file or a run that is not there.
+/// configuration file or a run that does not exist.
 std::optional<Options> parse_options(int argc, char** argv);
 
-/// Which images are learned from, and which are predicted to see how well.
+/// The images to learn from, and those that predictions are compared with.
 struct Data {
   Dataset dataset;
   std::string fingerprint;  ///< dataset_fingerprint()
   std::vector<DatasetView> training_views;
   std::vector<PosedImage> validation;  ///< with the training set's aim point
   std::vector<DatasetView> validation_views;
-  std::optional<DespeckledTruth> despeckled;  ///< of the validation views, where asked for
-  std::size_t n_held_out = 0;  ///< of them, views of the dataset itself, first
-  TrainingSet set;             ///< moved out by whoever trains
-  /// Of the training images as they are registered to one another, which baselines average; none where poses are exact.
+  std::optional<DespeckledTruth> despeckled;  ///< of the validation views, if requested
+  std::size_t n_held_out = 0;  ///< validation views of the dataset itself; they come first
+  TrainingSet set;             ///< the trainer moves it out
+  /// Acquisitions of the training images as registered to one another, for the baselines; empty if poses are exact.
   std::vector<Acquisition> registered;
 };
 
-/// Reads the dataset's manifest and images, and those of --against. Tells the console what was left out or is odd. Throws
-/// InputError for bad files and UsageError where the two datasets cannot be compared or memory does not suffice.
+/// Reads the dataset's manifest and images, and those of --against. Reports on the console what was left out or is unusual.
+/// Throws InputError for bad files, UsageError if the two datasets cannot be compared or memory does not suffice.
 Data load_data(const Options& options, Console& console, const Monitor& monitor);
 
-/// What a model says of these images; steps and program are the caller's.
+/// The description of these images in a model file; the caller sets steps and program.
 ModelInfo model_info(const Data& data, const TrainingSet& set, const Options& options);
 
-/// config.toml: every option that the result depends on, defaults written out, so that --config repeats the run whatever
-/// another version's defaults are. Threads, memory limit and places are no part of it.
+/// config.toml: every option that the result depends on, with defaults written out, so that --config repeats the run
+/// even if another version has other defaults. Threads, memory limit and the run folder are not part of it.
 std::string config_text(const Options& options, const TrainerOptions& training);
 
-/// How a run's config.toml differs from the wanted one, in one line; empty where it does not. Without `with_length`,
-/// --steps and --time are passed over. Throws InputError for a file that is no configuration.
+/// How a run's config.toml differs from the wanted one, in one line; empty if it does not. Ignores --steps and --time
+/// unless `with_length`. Throws InputError for a file that is no configuration.
 std::string config_difference(const std::filesystem::path& found, const std::string& wanted,
                               bool with_length);
 
-/// smooth_density, smooth_source and smooth_angular of a run's config.toml; nothing where they are not all there. Throws
+/// smooth_density, smooth_source and smooth_angular of a run's config.toml; nothing if any of them is missing. Throws
 /// InputError for a file that is no configuration.
 std::optional<std::tuple<double, double, double>> smoothness_in(const std::filesystem::path& found);
 
-/// The training options that suit the images, changed as --option says. Throws UsageError for unknown names, with the
-/// closest one, for values of another type, and for those with which nothing can be learned or no memory suffices.
+/// The default training options for the images, changed by --option. Throws UsageError for unknown names (with the closest
+/// known one), for values of another type or outside their limits, and for voxels too small for the scene's box.
 TrainerOptions training_options(const Options& options, const TrainingSet& set);
 
-/// Sets the weights smooth_* as --smoothness says: times a factor, or times the one that validation chooses. A run that is
-/// there and goes on has been through that: its weights are taken. Says on the console what was chosen. Throws as
+/// Multiplies the weights smooth_* by the factor of --smoothness, or by the one that validation chooses. A validated
+/// run that continues takes the weights of its config.toml instead. Reports the choice on the console. Throws as
 /// choose_smoothness().
 TrainerOptions with_chosen_smoothness(const Options& options, const TrainerOptions& training, const TrainingSet& set,
                                       const RunFolder& folder, Console& console, const Monitor& monitor);

@@ -29,7 +29,8 @@ void RunFolder::clear_reports() const {
   std::filesystem::remove(report());
   std::filesystem::remove(page());
   remove_files(pictures(), [](const auto& path) {
-    return path.extension() == ".png" && path.filename().string().starts_with("view_");
+    const std::string name = path.filename().string();
+    return path.extension() == ".png" && (name.starts_with("view_") || name.starts_with("despeckled_"));
   });
 }
 
@@ -52,7 +53,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// TOML's basic strings are JSON's.
+/// TOML's basic strings have the syntax of JSON's.
 std::string quoted(const std::string& text) {
   return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -162,7 +163,7 @@ bool is_there(const std::filesystem::path& path) {
   return std::filesystem::exists(path, ignored);
 }
 
-/// A model that cannot be read is made again from the checkpoint.
+/// Whether the model can be read. If not, it is made again from the checkpoint.
 bool is_whole_model(const std::filesystem::path& path) {
   try {
     (void)read_model(path);
@@ -177,7 +178,7 @@ bool is_whole_model(const std::filesystem::path& path) {
                    "); choose another folder (-o) or allow --overwrite");
 }
 
-/// Refuses a run of other options; those that say how long it trains may be raised by --resume.
+/// Refuses a run of other options. With --resume, the options for the length of training may be raised.
 void compare(const Options& o, const RunFolder& folder, const std::string& config) {
   const std::string differs = config_difference(folder.config(), config, !o.resume);
   if (differs.empty()) return;

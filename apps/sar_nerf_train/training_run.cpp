@@ -26,19 +26,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Of a checkpoint.
+// Format of a checkpoint.
 constexpr const char* kFormat = "sarnerf-checkpoint";
 constexpr int kCheckpointVersion = 2;
 
-// Of the best model.
-constexpr double kPerSchedule = 10.0;  ///< times that fields are judged: each costs as much as many steps
-constexpr double kLeastGain_db = 0.02;  ///< less is no improvement
+// Settings of the best model.
+constexpr double kPerSchedule = 10.0;  ///< evaluations of the field; each costs as much as many steps
+constexpr double kLeastGain_db = 0.02;  ///< a smaller gain is no improvement
 constexpr const char* kPrefix = "best.";
 
-// Of the curve.
+// Settings of the curve.
 constexpr std::size_t kMostViews = 8;
-constexpr double kShare = 0.1;         ///< of the time, at most
-constexpr double kPointsPerSpan = 30;  ///< more are not seen in a diagram
+constexpr double kShare = 0.1;         ///< greatest fraction of the time
+constexpr double kPointsPerSpan = 30;  ///< more are not visible in a diagram
 
 int place(double progress) { return static_cast<int>(progress * kPerSchedule); }
 
@@ -46,7 +46,7 @@ int place(double progress) { return static_cast<int>(progress * kPerSchedule); }
 
 Archive checkpoint_of(const Trainer& trainer, const RunState& state) {
   Archive archive = trainer.checkpoint();
-  // The optimiser's moments are handed out as they are, and the next step changes them in place.
+  // The archive refers to the optimiser's moments, which the next step changes in place.
   for (auto& [name, tensor] : archive.tensors) tensor = tensor.detach().clone();
   Json json = Json::parse(archive.json);
   json["run"] = {{"format", kFormat},
@@ -87,7 +87,7 @@ RunState run_state(const Archive& archive, const std::string& where) {
             run.at("time_s").get<double>(),
             run.at("steps").get<std::int64_t>()};
   } catch (const nlohmann::json::exception&) {
-    throw CheckpointError(where + ": what it says of its run is incomplete; the file is damaged");
+    throw CheckpointError(where + ": its record of the run is incomplete; the file is damaged");
   }
 }
 
@@ -114,7 +114,7 @@ void BestModel::judge(const LearnedField& field, double psnr_db, double progress
   for (auto& [name, tensor] : field_->tensors) tensor = tensor.detach().clone();
 }
 
-bool BestModel::worn_out(double progress) const {
+bool BestModel::patience_exceeded(double progress) const {
   return field_ && progress - progress_ > patience_;
 }
 
@@ -158,7 +158,7 @@ void BestModel::restore(const Archive& archive, const std::string& where) {
 
 Curve::Curve(std::span<const PosedImage> validation, double peak_power)
     : validation_(validation),
-      views_(spread_places(validation.size(), kMostViews)),
+      views_(spread_indices(validation.size(), kMostViews)),
       peak_power_(peak_power) {}
 
 std::optional<double> Curve::measure_if_due(const LearnedField& field, double now_s) {
@@ -239,9 +239,9 @@ namespace {
 
 constexpr int kStepsPerLine = 10;
 constexpr double kCheckpointInterval_s = 10.0, kFirstInterval_s = 1.0;
-constexpr double kCheckpointShare = 0.02;  ///< of the time, at most
+constexpr double kCheckpointShare = 0.02;  ///< greatest fraction of the time
 
-/// What is left to do when training ends in time: two files and their names on the disk, with a margin.
+/// Time for the work after a training by --time: two files and their names on the disk, with a margin.
 constexpr double kEndMargin_s = 0.05;
 
 std::string shown(double value, const char* format) {
@@ -283,9 +283,9 @@ std::int64_t TrainingRun::field_steps() const {
 }
 
 bool TrainingRun::ended() const {
-  if (best_.worn_out(progress_)) return true;
+  if (best_.patience_exceeded(progress_)) return true;
   if (!options_.time_s) return trainer_.steps_done() >= options_.steps;
-  // One step at least: a model that has learned nothing is of no use.
+  // At least one step: a model that has learned nothing is of no use.
   const std::int64_t n = steps_here();
   if (n == 0) return before_.finished && before_.time_s == *options_.time_s;
   const double step_s = (seconds_since_start() - begin_s_) / static_cast<double>(n);
@@ -299,11 +299,11 @@ double TrainingRun::trained_s() const {
 double TrainingRun::next_progress() const {
   double share = static_cast<double>(trainer_.steps_done()) / static_cast<double>(options_.steps);
   if (options_.time_s) {
-    // Start-up has its part of --time, but nothing was learned in it.
+    // Start-up counts towards --time, but nothing was learned in it.
     const double left_s = *options_.time_s - seconds() - 2.0 * last_write_s_ - kEndMargin_s;
     share = trained_s() / (trained_s() + std::max(left_s, 1e-3));
   }
-  // Where a run goes on with a longer schedule, the trainer must not be sent back.
+  // If a run continues with a longer schedule, its progress must not decrease.
   return std::clamp(share, progress_, std::max(progress_, std::nextafter(1.0, 0.0)));
 }
 
@@ -327,7 +327,7 @@ Archive TrainingRun::checkpoint(bool finished) const {
 
 void TrainingRun::write(const Archive& archive) {
   const Stopwatch watch;
-  // What is not finite must not replace what is: the loss may not have told yet.
+  // Parameters that are not finite must not replace finite ones; the loss may not show it yet.
   if (!all_finite(archive))
     throw NumericsError("training diverges: parameters are not finite after step " +
                         std::to_string(trainer_.steps_done()) + "; use lower learning rates");
@@ -352,7 +352,7 @@ void TrainingRun::keep_last_good() const {
 std::optional<double> TrainingRun::held_out_psnr_db() {
   if (options_.patience == 0.0 || curve_.views().empty())
     return curve_.measure_if_due(trainer_.field(), seconds_since_start());
-  // By the clock there is no time left at the end.
+  // With --time, there is no time left at the end.
   const bool last = !options_.time_s && ended();
   if (!best_.due(progress_) && !last) return std::nullopt;
   const double psnr_db = curve_.measure(trainer_.field());
@@ -388,7 +388,7 @@ void TrainingRun::tell(Console& console) const {
 }
 
 void TrainingRun::train(Console& console, const Monitor& monitor) {
-  // From now on there is something to go on from, whatever happens.
+  // From now on, a checkpoint to continue from always exists.
   if (first_step_ == 0) {
     write(checkpoint(false));
   } else {
@@ -418,7 +418,7 @@ void TrainingRun::train(Console& console, const Monitor& monitor) {
     write(checkpoint(true));
     if (trainer_.field().occupied_box_m().empty())
       throw Error("nothing was learned: after " + counted(static_cast<std::uint64_t>(trainer_.steps_done()), "step") +
-                  " no voxel holds matter, and an empty field is neither saved nor scored; do the images show anything "
+                  " no voxel is occupied, and an empty field is neither saved nor scored; do the images show anything "
                   "but ground, and of one scene?");
     trainer_.finish();
     field_size_ = trainer_.field().size_text();

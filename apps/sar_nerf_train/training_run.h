@@ -18,24 +18,24 @@
 
 namespace sarnerf::app {
 
-/// The field that came closest to the held-out views so far, and whether it is still worth waiting for a better one:
-/// --patience. Fields are judged at fixed shares of the schedule, not by the clock, so that a run goes on from a
-/// checkpoint as if it had never stopped.
+/// Keeps the field that is best on the held-out views so far, and determines whether to wait for a better one
+/// (--patience). Fields are evaluated at fixed fractions of the schedule, not by the clock, so that a run continues
+/// from a checkpoint as if it had never stopped.
 class BestModel {
  public:
-  /// `patience`: the share of the schedule in which there must be a better one; 0: nothing is kept.
+  /// `patience`: the fraction of the schedule within which a better field must appear; 0: nothing is kept.
   explicit BestModel(double patience) : patience_(patience) {}
 
   bool due(double progress) const;
   void judge(const LearnedField& field, double psnr_db, double progress, std::int64_t step);
-  bool worn_out(double progress) const;
+  bool patience_exceeded(double progress) const;
 
-  /// The best field, restored; none where nothing was judged.
+  /// The best field, restored; null if none was evaluated.
   std::unique_ptr<LearnedField> field() const;
   std::int64_t step() const { return step_; }
   double psnr_db() const { return psnr_db_; }
 
-  /// For a checkpoint and back. Throws CheckpointError for damaged contents; `where` names the file.
+  /// Store the best field in a checkpoint and restore it. Throws CheckpointError for damaged contents; `where` names the file.
   void add_to(Archive& archive) const;
   void restore(const Archive& archive, const std::string& where);
 
@@ -47,40 +47,40 @@ class BestModel {
   std::optional<Archive> field_;
 };
 
-/// What a checkpoint knows beside the trainer's state.
+/// State of the run in a checkpoint, beside the trainer's state.
 struct RunState {
   std::string dataset_sha256;
-  double progress = 0.0;  ///< largest that a step was given
+  double progress = 0.0;  ///< greatest progress of a step
   double seconds = 0.0;   ///< of all programs that worked on the run, start-up included
   double trained_s = 0.0;  ///< the same without their start-ups
   bool finished = false;
-  double time_s = 0.0;  ///< that --time gave; 0: none
+  double time_s = 0.0;  ///< value of --time; 0: none
   std::int64_t steps = 0;
 };
 
 /// A checkpoint in memory; later steps do not change it.
 Archive checkpoint_of(const Trainer& trainer, const RunState& state);
 
-/// What the program itself needs of a checkpoint. Throws CheckpointError for another kind of file, a newer version and
-/// damaged contents.
+/// The run's state in a checkpoint. Throws CheckpointError for another kind of file, another version and damaged contents.
 RunState run_state(const Archive& archive, const std::string& where);
 
 /// Whether every number of an archive is finite.
 bool all_finite(const Archive& archive);
 
-/// PSNR of a few held-out views while training goes on, taken so seldom that it costs at most a tenth of the time.
+/// PSNR of a few held-out views during training. measure_if_due() spaces its measurements so that they cost at most a
+/// tenth of the time.
 class Curve {
  public:
-  /// Up to eight of the views, evenly spread; none where there are none. `validation` must outlive the curve.
+  /// Uses up to eight of the views, evenly spread. `validation` must outlive the curve.
   Curve(std::span<const PosedImage> validation, double peak_power);
 
-  /// Mean PSNR of power over the curve's views (dB), if it is time for it at `now_s`.
+  /// Mean PSNR of power over the curve's views (dB), if a measurement is due at `now_s`.
   std::optional<double> measure_if_due(const LearnedField& field, double now_s);
 
-  /// The same at once.
+  /// The same, whether it is due or not.
   double measure(const LearnedField& field);
 
-  /// The last one; none yet.
+  /// The last mean PSNR; empty before the first.
   std::optional<double> last_db() const { return last_db_; }
   std::span<const std::size_t> views() const { return views_; }
   double spent_s() const { return spent_s_; }
@@ -96,22 +96,22 @@ class Curve {
 /// One line of metrics.jsonl.
 struct MetricsLine {
   std::int64_t step = 0;
-  double seconds = 0.0;           ///< since the program's start
+  double seconds = 0.0;           ///< of all programs that worked on the run, start-up included
   std::optional<double> loss;     ///< data term, mean since the line before
   std::optional<double> priors;   ///< sum of the priors per pixel, likewise
   std::optional<double> psnr_db;  ///< power, mean over the curve's views
 };
 
-/// How training went, line by line as it goes: {"step":10,"seconds":0.81,"loss":0.0012,"priors":0.0001,"psnr_power_db":31.2}.
+/// Log of the training, line by line: {"step":10,"seconds":0.81,"loss":0.0012,"priors":0.0001,"psnr_power_db":31.2}.
 class MetricsLog {
  public:
-  /// Keeps the lines up to `last_step` of what is there: those after it belong to steps that are done again.
+  /// Keeps the existing lines up to `last_step`: later ones belong to steps that will be repeated.
   MetricsLog(std::filesystem::path path, std::int64_t last_step);
 
   /// Throws Error when the disk is full.
   void add(const MetricsLine& line);
 
-  /// Those kept and those added.
+  /// The lines that were kept and those that were added.
   const std::vector<MetricsLine>& lines() const { return lines_; }
 
  private:
@@ -123,30 +123,32 @@ class MetricsLog {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-/// Before anything is read: throws UsageError where no run can be written or other files are in the way.
+/// Check before anything is read. Throws UsageError if the path is a file or other files are in the way, Error if no
+/// run can be written.
 void check_place(const Options& options, const RunFolder& folder);
 
-/// What is there of a run.
+/// What exists of a run.
 struct Start {
-  std::optional<Archive> checkpoint;  ///< to go on from
-  bool done = false;                  ///< all is there: nothing to do
+  std::optional<Archive> checkpoint;  ///< to continue from
+  bool done = false;                  ///< the run is complete: nothing to do
 };
 
-/// Compares what is there with the wanted configuration, clears what --overwrite replaces, and writes config.toml. Call with
-/// the folder locked. Throws UsageError for a run of other options or data, InputError and CheckpointError for damaged
-/// files of a run.
+/// Compares an existing run with the wanted configuration, clears what --overwrite replaces, and writes config.toml.
+/// Call it with the folder locked. Throws UsageError for a run of other options or data, InputError and
+/// CheckpointError for damaged files of a run.
 Start start_run(const Options& options, const RunFolder& folder, const std::string& config,
                 const std::string& fingerprint, Console& console);
 
 /// Trains to the end of the schedule and keeps checkpoints on the way.
 class TrainingRun {
  public:
-  /// `found`: the checkpoint to go on from. All references must outlive the run.
+  /// `found`: the checkpoint to continue from, or null. All references must outlive the run.
   TrainingRun(const Options& options, const Data& data, Trainer& trainer, const RunFolder& folder,
               const ModelInfo& info, const Archive* found);
 
-  /// Ends with the last checkpoint and model.pt in place. Throws Interrupted, with a checkpoint saved, when `monitor` asks
-  /// for it; NumericsError when training diverges, model.pt then being that of the last good checkpoint.
+  /// Ends with the last checkpoint and model.pt in place. Throws Interrupted, with a checkpoint saved, if `monitor`
+  /// requests it; NumericsError if training diverges, with model.pt from the last good checkpoint; Error if no
+  /// occupied voxel is left.
   void train(Console& console, const Monitor& monitor);
 
   const MetricsLog& metrics() const { return metrics_; }
@@ -157,10 +159,10 @@ class TrainingRun {
   double checkpoints_s() const { return checkpoints_s_; }
   std::int64_t steps_here() const { return trainer_.steps_done() - first_step_; }
   const std::string& field_size() const { return field_size_; }
-  const LearnedField& field() const;  ///< what was learned: that of the last step, or the best one
-  std::int64_t field_steps() const;   ///< after which it was so
+  const LearnedField& field() const;  ///< the learned field: that of the last step, or the best one
+  std::int64_t field_steps() const;   ///< step of field()
   double seconds() const;  ///< of all programs that worked on the run
-  double trained_until_s() const { return trained_until_s_; }  ///< the same when training ended
+  double trained_until_s() const { return trained_until_s_; }  ///< seconds() when training ended
 
  private:
   bool ended() const;
@@ -181,7 +183,7 @@ class TrainingRun {
   ModelInfo info_;
   Curve curve_;
   BestModel best_;
-  std::unique_ptr<LearnedField> best_field_;  ///< once training has ended, where the last is not the best
+  std::unique_ptr<LearnedField> best_field_;  ///< set when training has ended, if the last field is not the best
   MetricsLog metrics_;
   RunState before_;
   std::int64_t first_step_;
@@ -190,7 +192,7 @@ class TrainingRun {
          last_write_s_ = 0.0, next_checkpoint_s_ = 0.0;
   double loss_sum_ = 0.0, priors_sum_ = 0.0;
   int n_losses_ = 0;
-  std::optional<Archive> pending_;  ///< written once the step after it has gone well
+  std::optional<Archive> pending_;  ///< written once the next step has succeeded
   std::string field_size_;
 };
 

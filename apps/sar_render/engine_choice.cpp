@@ -21,9 +21,9 @@ namespace sarnerf::app {
 
 namespace {
 
-/// Voxels this fraction of the finer pixel side: within some per cent of the surface engine's images.
+/// Voxel size as a fraction of the finer pixel spacing: images then agree with the surface engine's within some per cent.
 constexpr double kVoxelInPixels = 0.5;
-/// Memory that automatic voxels may take where no limit is given.
+/// Memory that automatic voxels may take if no limit is given.
 constexpr std::uint64_t kDefaultBudgetBytes = 4'000'000'000;
 
 std::string metres(double value) {
@@ -49,7 +49,7 @@ double choose_voxel_size_m(const Options& options, const Scene& scene, std::vect
   return size_m;
 }
 
-/// Keeps the place of --save-volume until the voxels are there, from before long work.
+/// Locks the file of --save-volume before long work, and writes the voxels to it.
 class VolumePlace {
  public:
   explicit VolumePlace(const Options& options) : file_(options.dry_run ? std::filesystem::path() : options.save_volume) {
@@ -69,7 +69,7 @@ class VolumePlace {
   std::optional<OutputLock> lock_;
 };
 
-/// The voxels, and others of twice the size, from which views estimate what voxels cost in accuracy.
+/// The voxels, and voxels of twice the size, with which views estimate the error of the voxels.
 struct VoxelLevels {
   Volume fine, coarse;
 };
@@ -121,9 +121,8 @@ BuiltEngine build_engine(const Options& options, const Scene& scene, std::option
     built.notes.push_back(volume ? "engine voxel: the scene is a volume"
                           : built.voxel
                               ? "engine voxel: voxels were asked for"
-                              : "engine surface: the scene is a mesh of homogeneous matter, whose faces it "
-                                "joins from few hits and deposits in closed form: nearer to the truth than voxels, and faster; "
-                                "what it misses between rays it estimates (--engine)");
+                              : "engine surface: the scene is a mesh of homogeneous materials, for which it is faster and more accurate "
+                                "than voxels; it estimates its own error (--engine)");
   }
   if (!built.voxel) {
     built.engine = std::make_unique<const SurfaceEngine>(scene);
@@ -143,24 +142,24 @@ BuiltEngine build_engine(const Options& options, const Scene& scene, std::option
 
 namespace {
 
-/// The program, its libraries and small change: what `--version` takes, and a little.
+/// Memory of the program and its libraries: that of `--version`, and a little more.
 constexpr std::uint64_t kProgramBytes = 90'000'000;
 
-/// Bytes per pixel of an image that is there once, and of its picture in grey, with what encoding that leaves behind.
+/// Bytes per pixel of one copy of an image, and of its grey picture with the memory that encoding leaves behind.
 constexpr std::uint64_t kImage = sizeof(float), kPicture = 2;
 
-/// What a job keeps of each pixel at a time; of its images, not its rays. Measured within 5 to 25 % above the peaks of
-/// processes that rendered 16 to 36 million pixels, with and without layers, speckle and noise.
+/// Bytes per pixel that a job holds at a time, for images, not for rays. They are 5 to 25 % above the measured peaks
+/// of processes that rendered 16 to 36 million pixels, with and without layers, speckle and noise.
 struct BytesPerPixel {
   std::uint64_t rendering = 0;  ///< the image, the coarser one of its error, layers
   std::uint64_t forming = 0;    ///< impulse response, speckle and noise
-  std::uint64_t encoding = 0;   ///< the image, its files, and the copy from which white is taken
+  std::uint64_t encoding = 0;   ///< the image, its files, and the copy that determines the white level
   std::uint64_t held = 0;       ///< of a view that waits for the scale of its sweep's pictures
 
   explicit BytesPerPixel(const Options& o) {
     const std::uint64_t layers = bytes_per_pixel(o.layers);
     const std::uint64_t beside = layers > 0 ? layers + kImage : 0;  // and the image that they add up to
-    // --error keeps the pilot that may have been good enough, with its image.
+    // --error keeps a pilot that meets the tolerance, with its image.
     const std::uint64_t pilot = o.tolerance ? kImage + kPicture : 0;
     rendering = 2 * kImage + layers + pilot;
     if (o.formation.any()) forming = kImage + formation_bytes_per_pixel(o.formation) + beside + kPicture + pilot;
@@ -182,7 +181,7 @@ std::string size_text(const std::pair<int, int>& size) {
   return std::to_string(size.first) + " x " + std::to_string(size.second);
 }
 
-/// Of a square image whose file can be read.
+/// Most pixels of a square image whose file can be read.
 constexpr double kMostPixels = double(kMostImageFileBytes / sizeof(float) - 100'000);
 
 std::uint64_t scene_bytes(const Scene& scene) {
@@ -192,12 +191,12 @@ std::uint64_t scene_bytes(const Scene& scene) {
          scene.pieces.size() * sizeof(Piece);
 }
 
-/// The scene is not known before it is loaded, and its size is no matter where the user gave the image's.
+/// Hint on the size of the loaded scene; empty if the user gave the image's size, which then does not depend on the scene's.
 std::string hint(const Job& job) {
   return job.framing.empty() ? "" : "; " + scene_size_hint(*job.scene);
 }
 
-/// What would fit: an image side, or a limit when not even the smallest image would.
+/// Throws UsageError with what would fit: an image side, or a higher limit if not even the smallest image would.
 [[noreturn]] void refuse(const std::pair<int, int>& size, std::uint64_t fixed_bytes, std::uint64_t needed_bytes, std::uint64_t bytes_per_pixel,
                          const MemoryLimit& limit, const std::string& hint) {
   std::string advice;
@@ -212,24 +211,24 @@ std::string hint(const Job& job) {
   throw UsageError("rendering " + size_text(size) + " pixels needs about " + bytes_text(needed_bytes) + ", " + limit.text() + "; " + advice + hint);
 }
 
-/// What is written must be readable, by these programs too.
+/// Images must be readable after they are written, by these programs too.
 void refuse_file(const std::pair<int, int>& size, const std::string& hint) {
-  const std::uint64_t frame = 8192 + 16 * static_cast<std::uint64_t>(size.first);  // where the file says what lies where
+  const std::uint64_t frame = 8192 + 16 * static_cast<std::uint64_t>(size.first);  // the file's header and tables of offsets
   const std::uint64_t bytes = n_pixels(size) * sizeof(float) + frame;
   if (bytes <= kMostImageFileBytes) return;
   const auto side = static_cast<long>(std::sqrt(kMostPixels));
-  throw UsageError("an image of " + size_text(size) + " pixels would be a file of " + bytes_text(bytes) + ", and readers end at " +
+  throw UsageError("an image of " + size_text(size) + " pixels would be a file of " + bytes_text(bytes) + ", and readers accept at most " +
                    bytes_text(kMostImageFileBytes) + ": " + std::to_string(side) + "x" + std::to_string(side) +
                    " pixels are possible (--size, --spacing)" + hint);
 }
 
-/// Views of a sweep that wait until all that the pictures' scale is taken from are rendered.
+/// Memory of the views of a sweep that wait until all views for the pictures' scale are rendered.
 std::uint64_t held_bytes(const Options& o, std::size_t n_views) {
   if (n_views < 2) return 0;
   return DisplayScale::sample_views(n_views).size() * BytesPerPixel(o).held * n_pixels(*o.size);
 }
 
-/// At the peak of one view.
+/// Memory at the peak of one view.
 std::uint64_t view_bytes(const Job& job, const ViewPlan& plan) {
   const BytesPerPixel each(job.options);
   const std::uint64_t n = n_pixels({plan.acquisition.n_azimuth, plan.acquisition.n_range});
@@ -243,7 +242,7 @@ const ViewPlan& largest_plan(const Job& job) {
   });
 }
 
-/// Most of what a view needs is for its rays: a smaller image would not help.
+/// Throws UsageError for a view that needs most of its memory for its rays: a smaller image would not help.
 [[noreturn]] void refuse_rays(const Job& job, std::uint64_t needed_bytes) {
   const auto n_threads = static_cast<std::uint64_t>(job.options.shared.n_threads);
   throw UsageError("tracing " + counted(static_cast<std::uint64_t>(largest_plan(job).fan.n_elevation), "elevation ray", "elevation rays") +
@@ -252,7 +251,7 @@ const ViewPlan& largest_plan(const Job& job) {
                    ", or raise the limit");
 }
 
-/// While the engine is built; voxels exist as grids and as bricks then.
+/// Memory while the engine is built; voxels exist as grids and as bricks then.
 std::uint64_t building_bytes(const Job& job) {
   const std::uint64_t engine = job.built.voxel && !job.options.volume()
                                    ? expected_voxel_memory_bytes(*job.scene, job.built.voxel_size_m) +
@@ -293,7 +292,7 @@ void decide_views_at_once(Job& job) {
   if (!limit.allows(fixed + held + each)) {
     const std::uint64_t for_images = BytesPerPixel(job.options).most() * n;
     if (each > 2 * for_images && held < each) refuse_rays(job, fixed + held + each);
-    // Rays and rows grow with the image: count them with its pixels.
+    // Rays and rows grow with the image: their memory is counted with its pixels.
     refuse(*job.options.size, fixed, fixed + held + each, (held + each) / n + 1, limit, hint(job));
   }
   const int n_threads = job.options.shared.n_threads;

@@ -12,7 +12,7 @@
 namespace sarnerf::app {
 namespace {
 
-/// Nobody needs an estimate to the microsecond, or hours in seconds.
+/// Rounds an estimate: neither microseconds, nor hours in seconds.
 std::string duration_text(double seconds) {
   if (seconds < 0.01) return "less than 0.01 s";
   if (seconds < 9.95) return format("about %.2g s", seconds);

@@ -20,7 +20,7 @@ namespace sarnerf::app {
 
 namespace {
 
-/// Where an option matters, and why it does not elsewhere.
+/// Whether an option has an effect on a job, and if not, why.
 struct Rule {
   const char* option;
   bool matters;
@@ -31,7 +31,7 @@ bool has_media(const Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return !m.opaque; });
 }
 
-/// Whether anything refers to the reference plane: its height is no matter otherwise.
+/// Whether anything refers to the reference plane; if not, its height has no effect.
 bool uses_reference_plane(const Job& job) {
   const Options& o = job.options;
   const bool in_layers = o.layers.has(Layer::mask) || o.layers.has(Layer::elevation);
@@ -44,7 +44,7 @@ std::vector<std::string> unused_options(const Job& job) {
   const Options& o = job.options;
   const Rule rules[] = {
       {"integrator", job.built.voxel || has_media(*job.scene),
-       "all matter is opaque, and the surface engine integrates translucent matter only"},
+       "all materials are opaque, and the surface engine integrates translucent ones only"},
       {"seed", o.formation.speckle(), "there is no speckle (--looks)"},
       {"voxel-size", job.built.voxel, "no voxels are made"},
       {"extinction-per-density", o.volume(), "it is for fog volumes (.vdb), and the scene is a mesh"},
@@ -61,7 +61,7 @@ std::vector<std::string> unused_options(const Job& job) {
 
 namespace {
 
-/// Encoding and writing image and picture: measured at 128 million pixels, on one core.
+/// Time to encode and write image and picture, measured at 128 million pixels, on one core.
 constexpr double kFileSecondsPerPixel = 35e-9;
 
 LoadOptions load_options(const Options& o, const MemoryLimit& limit, const Monitor& monitor) {
@@ -77,7 +77,7 @@ LoadOptions load_options(const Options& o, const MemoryLimit& limit, const Monit
   return load;
 }
 
-/// Every combination, all azimuths of the first incidence first. Sizes come later.
+/// Views of every combination of angles, all azimuths of the first incidence first. Their sizes are set later.
 std::vector<Acquisition> acquisitions(const Options& o, const glm::dvec3& aim_m) {
   std::vector<Acquisition> views;
   views.reserve(o.incidence_deg.size() * o.azimuth_deg.size());
@@ -108,7 +108,7 @@ void set_size(Job& job) {
   }
 }
 
-/// The size that was chosen, unless a plan will say so, and what to do about one that shows little.
+/// Reports the size that was chosen, unless a plan will, and gives advice on an image that is large, small or shows little.
 void tell_size(const Job& job, Console& console) {
   const Options& o = job.options;
   const auto [n_azimuth, n_range] = *o.size;
@@ -169,12 +169,12 @@ void meet_tolerance(Job& job, const Monitor& monitor) {
   std::string pilots;
   for (const ToleranceStep& step : job.tolerance->steps) {
     std::snprintf(text, sizeof text, "%s%d rays x %d slices a row had %.2g %%", pilots.empty() ? "" : ", ",
-                  step.n_elevation, step.n_sub_rows, 100.0 * step.estimate);
+                  step.n_elevation, step.n_slices, 100.0 * step.estimate);
     pilots += text;
   }
   if (pilots.empty()) return;
   o.sampling = job.tolerance->sampling;
-  std::snprintf(text, sizeof text, "%d slices a row for an error of %.3g %% or less: pilot of ", o.sampling.n_sub_rows,
+  std::snprintf(text, sizeof text, "%d slices a row for an error of %.3g %% or less: pilot of ", o.sampling.n_slices,
                 100.0 * *o.tolerance);
   job.built.notes.push_back(text + pilots + " (--error)");
 }
@@ -271,7 +271,7 @@ Json resolved_of(const Job& job) {
   j["sub_rows"] = Json::array();
   for (const ViewPlan& plan : job.plans) {
     j["elevations"].push_back(plan.fan.n_elevation);
-    j["sub_rows"].push_back(plan.n_sub_rows);
+    j["sub_rows"].push_back(plan.n_slices);
   }
   if (job.options.formation.resolution_m) j["formation"] = formation_resolved(job.options, job.border);
   j["chosen"] = Json::array();

@@ -29,16 +29,16 @@ Json request_of(const Options& options);
 
 struct Job;
 
-// The memory that a job is expected to take, against what it may (process.h). Each throws UsageError, saying what
-// is needed and what would fit, before anything of that size is allocated.
+// These functions compare the expected memory of a job with the memory allowed (process.h). Each throws UsageError,
+// with what is needed and what would fit, before anything of that size is allocated.
 
-/// What of a limit (0: none) is left for voxels beside the program itself.
+/// The part of a limit (0: none) that is left for voxels beside the program itself.
 std::uint64_t memory_for_volume(std::uint64_t limit_bytes);
 
-/// Before the scene is loaded: images of the size asked for.
+/// Check before the scene is loaded: images of the size that was requested.
 void refuse_size_beyond_memory(const Options& options, const MemoryLimit& limit);
 
-/// Before the engine is built: scene, engine and images of the framed size.
+/// Check before the engine is built: scene, engine and images of the framed size.
 void refuse_scene_beyond_memory(const Job& job);
 
 /// After planning: chooses how many views are rendered at once, one per thread when there are enough
@@ -56,29 +56,31 @@ struct BuiltEngine {
   std::vector<std::string> notes;  ///< what was chosen, and why: for the plan
 };
 
-/// A volume file as a scene. Tells the console what reading assumed.
+/// A volume file as a scene. load_volume() reports on the console what reading assumed.
 struct LoadedVolume {
   Scene scene;
   Volume volume;
 };
 LoadedVolume load_volume(const Options& options, const LoadOptions& load, Console& console);
 
-/// Builds what `options` ask for: `auto` takes the surface engine for meshes of homogeneous matter, where it is nearer to
-/// the truth at less cost, and the voxel engine for volumes. Writes --save-volume.
+/// Builds the engine that `options` request. `auto` takes the surface engine for meshes of homogeneous material,
+/// where it is more accurate at less cost, and the voxel engine for volumes and where voxels were requested. Writes
+/// --save-volume.
 BuiltEngine build_engine(const Options& options, const Scene& scene, std::optional<Volume> volume,
                          const MemoryLimit& limit, Console& console, const Monitor& monitor);
 
-/// Pixels rendered on every side of the image and cut off after its formation, so that its borders receive what leaks into
-/// them from beyond. The size must be decided. Zero without an impulse response.
+/// Pixels rendered on every side of the image and cut off after its formation, so that the image's borders receive
+/// the power that the impulse response spreads into them from outside. The size must be decided. Zero without an
+/// impulse response.
 Border border_of(const Options& options);
 
-/// What the user asked for, for recipes and provenance: only what is on.
+/// The image formation that the user requested, for recipes and provenance: only the parts that are on.
 Json formation_request(const ImageFormation& formation);
 
-/// What follows from it: bandwidth, sidelobes, taps.
+/// The values that follow from it: bandwidth, sidelobes, taps.
 Json formation_resolved(const Options& options, const Border& border);
 
-/// What is done, for --explain, a line each; and what is left out, empty if nothing.
+/// The steps of image formation for --explain, a line each; and the steps left out, empty if there are none.
 std::vector<std::string> formation_lines(const Options& options, const Border& border);
 std::string formation_left_out(const ImageFormation& formation);
 
@@ -98,27 +100,27 @@ struct Job {
   double reference_height_m = 0.0;  ///< of the plane that calibration refers to
   std::string framing;              ///< how the size was chosen; empty when it was given
   std::vector<Acquisition> views;   ///< all azimuths of the first incidence first
-  std::optional<ToleranceChoice> tolerance;  ///< what --error led to
+  std::optional<ToleranceChoice> tolerance;  ///< the sampling that --error chose
   std::vector<ViewPlan> plans;      ///< one per view, each of an image wider by `border` on every side
   Border border;                    ///< zero unless there is an impulse response
-  MemoryLimit memory_limit;         ///< from before anything was loaded
+  MemoryLimit memory_limit;         ///< taken before anything was loaded
   std::uint64_t memory_bytes = 0;   ///< expected at the peak
   int n_views_at_once = 1;
   PreparationTimes times;
 };
 
-/// Loads the scene, frames it, builds the engine and plans every view. Tells the console what was
-/// mended, assumed or chosen. Throws UsageError for what --max-memory does not allow, before it is
-/// allocated, and what loading and planning throw.
+/// Loads the scene, frames it, builds the engine and plans every view. Reports on the console what was repaired,
+/// assumed or chosen. Throws UsageError for memory that --max-memory does not allow, before it is allocated, and the
+/// errors of loading and planning.
 Job prepare(const Options& options, Console& console, const Monitor& monitor);
 
-/// Where view n of a job was taken from (deg), as the user wrote it: 45 stays 45.
+/// Angles of view n of a job (deg), as the user wrote them: 45 stays 45.
 struct ViewAngles {
   double incidence_deg = 0.0, azimuth_deg = 0.0;
 };
 ViewAngles angles_of(const Job& job, std::size_t n);
 
-/// View n as dataset.json and recipes have it, with the name of its image.
+/// View n as in dataset.json and recipes, with the name of its image.
 DatasetView manifest_view(const Job& job, std::size_t n, const std::string& image);
 
 /// Rays and expected tracing time, summed over the planned views.
@@ -132,11 +134,11 @@ PlannedCost planned_cost(const Job& job);
 /// What the program chose: the "resolved" part of a recipe.
 Json resolved_of(const Job& job);
 
-/// A line for each option that was given and changes nothing about this job, with what would give it an effect.
+/// A line for each option that was given but has no effect on this job, with what would give it one.
 std::vector<std::string> unused_options(const Job& job);
 
-/// The plan of a job for its user: what will be computed and with what settings, what is left out and
-/// why, rays, bytes and seconds expected. `place` is where the output goes.
+/// The plan of a job as text: what will be computed with which settings, what is left out and why, and the rays,
+/// bytes and seconds expected. `place` is the path of the output.
 std::string explain(const Job& job, const std::string& place);
 
 }  // namespace sarnerf::app

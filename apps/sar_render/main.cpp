@@ -28,7 +28,7 @@ void run(const Options& options, Console& console) {
     print_result(explain(job, output_text(options)) + "\n");
     return;
   }
-  // Now it is known what the scene names: none of that may be written over.
+  // The files that the scene names are known now: none of them may be overwritten.
   options.sweep() ? check_sweep(job.options, request) : check_single_view(job.options, request);
   if (options.explain) console.asked_for(explain(job, output_text(options)));
   const std::string result = options.sweep() ? write_sweep(job, request, total, console, monitor)

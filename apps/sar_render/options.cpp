@@ -30,10 +30,10 @@ constexpr const char* kExamples =
     "  sar_render data/street.json --pitch 35:55:5 --azimuth 0,90 --explain\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 not finite, 130 interrupted.";
 
-/// Tolerances of --error: below the least, single precision and the deposit's own tolerance show.
+/// Limits of --error. Below the lower one, the errors of single precision and of the deposit's own tolerance become visible.
 constexpr double kLeastTolerance = 0.001, kMostTolerance = 0.2;
 
-/// Of a row or a column: more is a mistake, and an int holds it.
+/// Most rays or slices of a row: more is a mistake, and an int can hold this number.
 constexpr std::int64_t kMostRays = 100'000'000;
 
 void require_views(const CommandLine& command) {
@@ -43,7 +43,8 @@ void require_views(const CommandLine& command) {
   }
 }
 
-/// A direction given twice, as by 0:360:10, would be an image made twice, and in a split perhaps one on each side.
+/// Drops directions that are given twice, as by 0:360:10: they would make the same image twice, and a split might put
+/// one on each side.
 void drop_repeated(const std::string& option, std::vector<double>& angles_deg, std::vector<std::string>& warnings) {
   std::map<double, double> kept;  // within one turn, as given
   std::size_t n_dropped = 0;
@@ -96,7 +97,7 @@ void refuse_wrong_engine(const Options& o) {
 
 void refuse_useless_tolerance(const Options& o) {
   if (!o.tolerance) return;
-  if (o.sampling.n_elevation > 0 || o.sampling.n_sub_rows > 0) {
+  if (o.sampling.n_elevation > 0 || o.sampling.n_slices > 0) {
     throw UsageError("--error chooses --elevations and --sub-rows itself; leave them out");
   }
   if (!o.volume() && (o.engine == EngineChoice::voxel || o.voxel_size_m || !o.save_volume.empty())) {
@@ -168,7 +169,7 @@ void add_options(CommandLine& command, Options& o) {
               "Sample just as finely as this needs: 1% or 0.01 of the image's norm, by its own estimate");
   command.add("--elevations", o.sampling.n_elevation, whole("N", 1, kMostRays).or_word("auto", 0),
               "Elevation rays; auto: from the spacing");
-  command.add("--sub-rows", o.sampling.n_sub_rows, whole("N", 1, kMostRays).or_word("auto", 0), "Slices per azimuth row");
+  command.add("--sub-rows", o.sampling.n_slices, whole("N", 1, kMostRays).or_word("auto", 0), "Slices per azimuth row");
   command.add("--integrator", o.sampling.integrator, made_by("NAME", integrator_from_name, "exact"),
               "Of translucent matter and voxels: exact; midpoint and paper (an older, darker sum) to compare "
               "with; paper-gated: what the paper of SAR-NeRF trains");

@@ -63,11 +63,11 @@ struct Options {
   bool dry_run = false;
 
   std::set<std::string> given;        ///< long names of the options that the user gave, here or in a file
-  std::vector<std::string> warnings;  ///< what was left out of them, one line each
+  std::vector<std::string> warnings;  ///< parts of the options that were left out, one line each
   std::vector<std::string> notes;  ///< what the user should know about these options, one line each
 
   SharedOptions shared;
-  std::vector<std::filesystem::path> indirect_inputs;  ///< that the scene names, once it is loaded
+  std::vector<std::filesystem::path> indirect_inputs;  ///< files that the scene names; known once it is loaded
 
   /// Whether the scene is an OpenVDB file.
   bool volume() const { return scene.extension() == ".vdb"; }
@@ -81,7 +81,7 @@ std::optional<Options> parse_options(int argc, char** argv);
 /// Files of a single view.
 struct ImagePaths {
   std::filesystem::path tiff, png, report;
-  std::filesystem::path recipe;  ///< appears last: where it is, the others are whole
+  std::filesystem::path recipe;  ///< appears last: if it exists, the others are complete
 
   /// The file of a layer, by its ending.
   std::filesystem::path layer(const std::string& ending) const;
@@ -91,10 +91,10 @@ ImagePaths image_paths(const Options& options);
 /// Folder of a sweep.
 std::filesystem::path sweep_folder(const Options& options);
 
-/// Where the output of these options goes, for people.
+/// The output paths of these options, as text.
 std::string output_text(const Options& options);
 
-/// Throws UsageError where --save-volume would replace something, before any work.
+/// Check before any work. Throws UsageError if --save-volume would replace a file.
 void require_volume_place(const Options& options);
 
 /// Throws UsageError when a file to be written is one of the inputs.

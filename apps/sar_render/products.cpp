@@ -189,7 +189,7 @@ std::vector<LayerFile> encode_layers(const Layers& layers, const Image<float>& i
     }
     files.push_back({stem + ".tif", encode_tiff(layers.values(layer))});
     if (layer == Layer::error) {
-      // On the image's scale of decibels, ten lower: errors are seldom as bright as what they belong to.
+      // On the image's scale of decibels, lowered by 10 dB: an error is seldom as bright as its pixel.
       files.push_back({stem + ".png", encode_png(display_levels(layers.error, Quantity::power, 0.1f * white))});
       continue;
     }
@@ -247,7 +247,7 @@ void prepare_layers(Layers& layers, const Job& job, const Acquisition& acquisiti
 TolerantView render(const Job& job, std::size_t n, const Monitor& monitor) {
   const ViewPlan& plan = job.plans[n];
   if (!job.options.tolerance) return {job.built.engine->render(plan, monitor), plan, true, {}};
-  // The pilot of the first view may have been good enough; it has no layers.
+  // The pilot of the first view may meet the tolerance already; it has no layers.
   if (n == 0 && job.tolerance->met && plan.layers.layers.empty()) return *job.tolerance->met;
   return render_to_tolerance(*job.built.engine, plan, *job.options.tolerance, monitor);
 }
@@ -260,20 +260,20 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   RenderedView& rendered = tolerant.view;
   monitor.check();
   Products products;
-  products.sampling = {plan.fan.n_elevation, plan.n_sub_rows, std::max<std::size_t>(1, tolerant.steps.size()),
+  products.sampling = {plan.fan.n_elevation, plan.n_slices, std::max<std::size_t>(1, tolerant.steps.size()),
                        rendered.error.relative};
   products.n_hits = rendered.n_hits;
   products.trace_and_deposit_s = rendered.trace_and_deposit_s;
   products.warnings = std::move(rendered.warnings);
   const Acquisition& acquisition = job.views[n];
-  // Where the error is not known, the engine has said so.
+  // If the error is not known, the engine has warned of it.
   if (!tolerant.met && !std::isnan(rendered.error.relative)) {
     char text[160];
     std::snprintf(text, sizeof text, "the error is about %.2g %% after %zu renders, above the %.2g %% of --error",
                   100.0 * rendered.error.relative, tolerant.steps.size(), 100.0 * *job.options.tolerance);
     products.warnings.push_back(text);
   }
-  // A blank image's explanation speaks of the swath already.
+  // The warning of a blank image mentions the swath already.
   const std::string outside = outside_swath_warning(*job.scene, acquisition);
   const bool said = std::any_of(products.warnings.begin(), products.warnings.end(), [&](const std::string& w) {
     return w.find(outside) != std::string::npos;
@@ -310,7 +310,7 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
     products.warnings.push_back((n_bins == 1 ? "the nearest range bin lies" : "the nearest " + std::to_string(n_bins) + " range bins lie") +
                                 " above the reference plane's nadir, where " +
                                 std::string(name(job.options.calibration)) +
-                                " does not exist: zero stands there");
+                                " does not exist: its bins are 0");
   }
   if (job.options.quantity == Quantity::amplitude) take_amplitude(image);
   require_finite(image, angles_of(job, n));

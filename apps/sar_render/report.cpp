@@ -24,7 +24,7 @@ Json or_auto(const std::optional<Value>& value) {
 
 Json count_or_auto(int count) { return count > 0 ? Json(count) : Json("auto"); }
 
-/// Only the name: the folder in which a file lies changes nothing about the image.
+/// Only the name: the folder of a file has no effect on the image.
 Json fingerprint(const std::filesystem::path& path) {
   return {{"file", path.filename().string()}, {"sha256", sha256_of_file(path)}};
 }
@@ -72,7 +72,7 @@ Json request_of(const Options& o) {
   j["computation"] = {{"engine", name(o.engine)},
                       {"voxel_size_m", or_auto(o.voxel_size_m)},
                       {"elevations", count_or_auto(o.sampling.n_elevation)},
-                      {"sub_rows", count_or_auto(o.sampling.n_sub_rows)},
+                      {"sub_rows", count_or_auto(o.sampling.n_slices)},
                       {"integrator", name(o.sampling.integrator)}};
   if (o.tolerance) j["computation"]["error"] = *o.tolerance;
   return valid_text(j);

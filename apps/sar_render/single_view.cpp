@@ -29,7 +29,7 @@ bool finished(const ImagePaths& paths, const Options& o) {
   }
 }
 
-/// Layers of the picture that is being replaced: nothing of it should stay beside the new one.
+/// Removes the layers of the image that is being replaced: none of them should remain beside the new one.
 void remove_old_layers(const ImagePaths& paths) {
   const auto old = read_recipe(paths.recipe);
   if (!old || !old->value("request", Json()).contains("layers")) return;
@@ -127,7 +127,7 @@ std::string write_single_view(const Job& job, const Json& request, const Stopwat
   files.add(paths.report, report_text(job, figures));
   files.add(paths.recipe, recipe_text(recipe));
   remove_old_layers(paths);
-  // An old recipe must not vouch for new images, should the machine stop between the renames.
+  // If the machine stops between the renames, no old recipe must stand beside new images.
   std::filesystem::remove(paths.recipe);
   files.commit();
   if (const std::string line = error_line(figures); !line.empty()) console.note(line);

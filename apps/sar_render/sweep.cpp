@@ -22,7 +22,7 @@ namespace sarnerf::app {
 
 namespace {
 
-/// Warnings that differ in nothing but figures.
+/// The text without its figures: warnings that differ in nothing else are of one kind.
 std::string without_figures(std::string text) {
   std::erase_if(text, [](unsigned char c) { return std::isdigit(c) || c == '.' || c == '-' || c == '+' || c == 'e'; });
   return text;
@@ -62,7 +62,8 @@ void WarningList::print(Console& console) const {
 
 namespace {
 
-/// Calls work(n) for [0, count): views side by side if there is memory for that, else each with all threads.
+/// Calls work(n) for n in [0, count): one view per thread if memory suffices for that, else one view at a time with
+/// all threads.
 template <class Work>
 void for_each_view(const Job& job, std::size_t count, const Work& work) {
   if (job.n_views_at_once <= 1) {
@@ -124,7 +125,7 @@ void SweepRun::find_display(const Monitor& monitor) {
 
 Products SweepRun::render_view(std::size_t view, const Monitor& monitor) const {
   monitor.check();
-  // Progress is told in views: rows of several at once would be noise.
+  // Progress is reported in views: rows of several views at once would be confusing.
   return make_products(job_, view, Monitor{nullptr, monitor.stop});
 }
 
@@ -156,7 +157,7 @@ RunFigures SweepRun::render(Console& console, const Monitor& monitor) {
   }
   for_each_view(job_, open.size(), [&](std::size_t o) {
     const auto held = held_.find(open[o]);
-    // Taken out in place: others look into the same map.
+    // Moved out without erasing: other threads read the same map.
     write(open[o], held != held_.end() ? std::move(held->second) : render_view(open[o], monitor), monitor);
   });
   held_.clear();

@@ -16,7 +16,7 @@
 
 namespace sarnerf::app {
 
-/// Warnings of many views, each kind once, in the words of its first view. Threads may add.
+/// Warnings of many views, each kind once, with the text of its first view. Threads may add.
 class WarningList {
  public:
   void add(const ViewAngles& view, std::size_t index, const std::string& text);
@@ -33,21 +33,21 @@ class WarningList {
   std::map<std::string, Entry> entries_;  ///< by the text without its figures
 };
 
-/// The views of a sweep on their way into its folder: which are there, and making the others.
+/// Writes the views of a sweep into its folder: finds the existing ones and renders the others.
 class SweepRun {
  public:
-  /// Looks at what earlier runs of the same recipe wrote.
+  /// Finds the views that earlier runs of the same recipe wrote.
   SweepRun(const Job& job, const SweepFolder& folder);
 
-  /// One flag per view: all of its files are there and whole.
+  /// One flag per view: all of its files exist and are intact.
   const std::vector<char>& finished() const { return finished_; }
   std::size_t n_finished() const;
 
-  /// The scale of the pictures; known once render() has passed the views that it is taken from, or from the
-  /// start when these are finished.
+  /// The scale of the pictures; known once render() has rendered the views that determine it, or from the start when
+  /// these are finished.
   const std::optional<DisplayScale>& display() const { return display_; }
 
-  /// Renders the views that are not finished. Whatever ends it, finished() says what is there.
+  /// Renders the views that are not finished. However it ends, finished() reports which views exist.
   RunFigures render(Console& console, const Monitor& monitor);
 
  private:
@@ -62,13 +62,13 @@ class SweepRun {
   std::vector<char> finished_;
   std::size_t n_open_;
   std::optional<DisplayScale> display_;
-  std::map<std::size_t, Products> held_;  ///< rendered for the scale, not yet written
+  std::map<std::size_t, Products> held_;  ///< rendered for the pictures' scale, not yet written
   WarningList warnings_;
   std::mutex mutex_;
   RunFigures figures_;
 };
 
-/// Before loading: throws UsageError when other output is in the way, and Error when none can be written.
+/// Check before loading. Throws UsageError when other output is in the way, and Error when none can be written.
 void check_sweep(const Options& options, const Json& request);
 
 /// Renders the job's views into a dataset folder:
@@ -79,13 +79,13 @@ void check_sweep(const Options& options, const Json& request);
 ///     dataset.json           written last, the manifest
 ///     dataset.report.json    times
 ///
-/// Views that are there are not rendered again; the bytes of everything but the report do not depend on
+/// Existing views are not rendered again; the bytes of everything but the report do not depend on
 /// threads or interruptions. Throws Interrupted after writing a manifest of the finished views. Returns
 /// the manifest's path, one line.
 std::string write_sweep(const Job& job, const Json& request, const Stopwatch& total, Console& console,
                         const Monitor& monitor);
 
-/// Before loading: throws UsageError when other output is in the way, and Error when none can be written.
+/// Check before loading. Throws UsageError when other output is in the way, and Error when none can be written.
 void check_single_view(const Options& options, const Json& request);
 
 /// Renders the job's one view and writes NAME.tif, NAME.png, NAME.json and NAME.report.json, all or none;

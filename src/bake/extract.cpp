@@ -193,7 +193,7 @@ ExtractionPlan plan_extraction(const Model& model, const ExtractOptions& options
     plan.n_voxels = n_bricks * kBrickVoxels;
     plan.voxel_bytes = volume_bytes(n_native, channels) + 2 * volume_bytes(n_bricks, channels);
   } else {
-    const DensityCache& cache = s.mlp->cache();
+    const OccupancyGrid& cache = s.mlp->cache();
     const std::size_t n_bricks = bricks_with_matter(cache.occupancy(), cache.transform(), s.lattice).size();
     plan.n_voxels = n_bricks * kBrickVoxels;
     plan.voxel_bytes = 2 * volume_bytes(n_bricks, channels);

@@ -168,7 +168,7 @@ FieldChannels sampled_channels() { return {false, kDegree, SourceBasis::harmonic
 
 LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::span<const Acquisition> views,
                       std::uint64_t max_memory_bytes, const Monitor& monitor) {
-  const DensityCache& cache = field.cache();
+  const OccupancyGrid& cache = field.cache();
   const std::vector<glm::ivec3> bricks = bricks_with_matter(cache.occupancy(), cache.transform(), lattice);
   const FieldChannels channels = sampled_channels();
   const int n_channels = channels.count();
@@ -192,7 +192,7 @@ LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::s
   const std::vector<glm::vec3> directions = spread_directions(views);
   const std::vector<double> fit = fit_matrix(directions);
   const torch::NoGradGuard no_gradients;
-  const auto least = static_cast<float>(kLeastDepth / (2.0 * field.meaning().reference_bin_m));
+  const auto least = static_cast<float>(kLeastDepth / (2.0 * field.units().reference_bin_m));
   double square = 0.0, square_residual = 0.0;
   for (std::size_t first = 0; first < places.size(); first += kChunk) {
     monitor.check();

@@ -63,7 +63,7 @@ class Descriptor {
   int fd_;
 };
 
-/// 0 or the reason why not all was written.
+/// Returns 0, or the error code if not all was written.
 int write_all(int fd, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
@@ -79,8 +79,8 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
-/// A renamed file is safe from power failures only once its folder is. Some file systems do not let
-/// folders be synchronised; there nothing more can be done.
+/// A renamed file survives a power failure only once its folder is synchronised. Some file systems do not
+/// synchronise folders; this is ignored, because nothing more can be done.
 void synchronise_folder(const std::filesystem::path& folder) {
   const Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (fd.get() >= 0) (void)::fsync(fd.get());

@@ -52,7 +52,7 @@ Image<float> gaussian_blur(const Image<float>& image, double sigma_pixels) {
                      std::to_string(sigma_pixels));
   }
   if (sigma_pixels == 0.0 || image.pixels().empty()) return image;
-  // No line reaches further than the image is long.
+  // A reach beyond the length of the image has no effect.
   const double longest = std::max(image.n_azimuth(), image.n_range());
   const auto reach = static_cast<std::size_t>(std::min(std::ceil(3.0 * sigma_pixels), longest));
   const std::vector<double> weights = gaussian_weights(2 * reach + 1, sigma_pixels);
@@ -121,7 +121,7 @@ void check(const MaximaRule& rule) {
       rule.range_spacing_m > 0.0) {
     return;
   }
-  throw UsageError("local maxima are at least one, of positive spacing and no negative separation");
+  throw UsageError("expected at least 1 local maximum, positive pixel spacings and a separation of 0 or more");
 }
 
 }  // namespace
@@ -149,7 +149,7 @@ std::vector<LocalMaximum> strongest_maxima(const Image<float>& image, double flo
 double mean_distance_m(const std::vector<LocalMaximum>& reference,
                        const std::vector<LocalMaximum>& others, const MaximaRule& rule) {
   if (reference.empty() || others.empty())
-    throw UsageError("no distance to where there is no local maximum");
+    throw UsageError("a mean distance needs at least one local maximum in each image");
   double sum_m = 0.0;
   for (const LocalMaximum& m : reference) sum_m += nearest_m(m, others, rule);
   return sum_m / double(reference.size());
@@ -157,7 +157,7 @@ double mean_distance_m(const std::vector<LocalMaximum>& reference,
 
 std::optional<Regions> find_regions(const Image<float>& power, const RegionRule& rule) {
   if (!(rule.target_db > 0.0 && rule.shadow_db > 0.0)) {
-    throw UsageError("target and shadow lie some decibels above and below the background; the rule says " +
+    throw UsageError("thresholds of target and shadow must be above 0 dB; the rule has " +
                      format("%.6g and %.6g", rule.target_db, rule.shadow_db));
   }
   if (power.pixels().empty()) return std::nullopt;
@@ -195,10 +195,10 @@ namespace {
 
 using Mask = Image<std::uint8_t>;
 
-/// Dilates one line of n pixels, `stride` apart, by `reach` to both sides: each pixel asks how far away the
-/// last and the next one of the target are.
+/// Dilates one line of n pixels, `stride` apart, by `reach` to both sides: a forward and a backward pass measure the
+/// distance to the target pixel before and after each pixel.
 void dilate_line(std::uint8_t* first, int n, std::ptrdiff_t stride, int reach) {
-  // 2 marks what was added, so that it does not spread any further.
+  // 2 marks added pixels, from which the target is not dilated further.
   for (const bool forwards : {true, false}) {
     int since = std::numeric_limits<int>::max();
     for (int m = 0; m < n; ++m) {

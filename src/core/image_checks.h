@@ -10,7 +10,7 @@
 
 namespace sarnerf {
 
-/// exp(−d²/2σ²) at n places a pixel apart, d from their middle; of sum 1.
+/// exp(−d²/2σ²) at n positions a pixel apart, d the distance from their centre; scaled to a sum of 1.
 std::vector<double> gaussian_weights(std::size_t n, double sigma_pixels);
 
 template <class T>
@@ -18,11 +18,11 @@ std::string size_text(const Image<T>& image) {
   return std::to_string(image.n_azimuth()) + " x " + std::to_string(image.n_range());
 }
 
-/// Throws UsageError unless an image and what it is compared with have the same numbers of rows and columns.
+/// Throws UsageError unless an image and its reference have the same numbers of rows and columns.
 template <class A, class B>
 void require_same_size(const Image<A>& image, const Image<B>& reference) {
   if (image.n_azimuth() == reference.n_azimuth() && image.n_range() == reference.n_range()) return;
-  throw UsageError("two images to compare must have one size; the image has " + size_text(image) +
+  throw UsageError("two images to compare must have the same size; the image has " + size_text(image) +
                    " pixels, the reference " + size_text(reference));
 }
 

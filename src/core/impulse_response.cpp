@@ -20,7 +20,7 @@ namespace {
 
 double sinc(double t) { return t == 0.0 ? 1.0 : std::sin(kPi * t) / (kPi * t); }
 
-/// I₀ by its power series: every term is positive, so nothing cancels.
+/// I₀ by its power series: every term is positive, so there is no cancellation.
 double bessel_i0(double x) {
   double term = 1.0, sum = 1.0;
   for (int k = 1; term > 1e-17 * sum; ++k) {
@@ -117,7 +117,7 @@ double Taper::peak_sidelobe_db() const {
 
 namespace {
 
-/// Taylor's sidelobes are nearly, not quite, as low as designed.
+/// A Taylor window's sidelobes are not quite as low as designed; this is the tolerance.
 constexpr double kMostExcessDb = 2.0;
 
 [[noreturn]] void fail(std::string_view text) {
@@ -169,7 +169,7 @@ Window taylor(std::string_view text, std::string_view parameters) {
   if (becomes_negative(window) || reached_db > *level + kMostExcessDb) {
     char reached[32];
     std::snprintf(reached, sizeof reached, "%.1f", reached_db);
-    throw UsageError("--window: " + text_of(window) + " has too few sidelobes for its level: it reaches " +
+    throw UsageError("--window: " + text_of(window) + " needs more equal sidelobes (nbar) for its level: it reaches " +
                      reached + " dB; give it more, as in taylor:" + shortest(*level) + "," +
                      std::to_string(window.nbar + 2));
   }
@@ -216,11 +216,12 @@ std::string text_of(const Window& window) {
 
 namespace {
 
-/// Amplitudes go as its root: autocorrelations are then right to 2e-5 where the window decays fast enough.
+/// Fraction of the energy beyond the taps. Amplitudes go as its root, so autocorrelations are right to 2e-5 where the
+/// window decays fast enough.
 constexpr double kNeglected = 1e-10;
 constexpr double kMostCells = 128.0;
 constexpr double kBorderShare = 0.01;
-/// No image is wider; taps beyond would never be used.
+/// No image is wider, so taps beyond would never be used.
 constexpr int kMostTaps = 65535;
 
 void refuse_under_sampling(const Window& window, double broadening, double resolution_m,
@@ -244,7 +245,7 @@ Kernel make_kernel(const Window& window, double resolution_m, double spacing_m) 
   }
   const Taper taper(window);
   const double step = taper.broadening() * spacing_m / resolution_m;  // in units of 1/B
-  // A resolution of exactly b spacings is critical sampling and fine, rounding or not.
+  // A resolution of exactly b spacings is critical sampling. It is accepted, with a margin for rounding.
   if (step > 1.0 + 1e-9) refuse_under_sampling(window, taper.broadening(), resolution_m, spacing_m);
 
   const int most = static_cast<int>(std::min<double>(kMostTaps, std::ceil(kMostCells / step)));
@@ -253,7 +254,7 @@ Kernel make_kernel(const Window& window, double resolution_m, double spacing_m) 
   Kernel kernel;
   kernel.bandwidth_per_m = taper.broadening() / resolution_m;
   // By Parseval's theorem the samples of a response within the band 1/spacing hold the energy of the
-  // response itself: what is missing from the sum lies beyond it.
+  // response itself: the energy that is missing from the sum lies beyond the taps.
   const double total = taper.energy() / step;
   for (int n = 0; n <= most; ++n) {
     half.push_back(taper.response(n * step));
@@ -296,7 +297,7 @@ namespace {
 
 constexpr std::size_t kRowsAtOnce = 4;
 
-/// The response of mean power: |h_n|².
+/// The impulse response of mean power: |h_n|².
 std::vector<double> power_taps(const Kernel& kernel) {
   std::vector<double> taps = kernel.taps;
   for (double& tap : taps) tap *= tap;

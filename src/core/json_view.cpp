@@ -15,7 +15,7 @@ namespace sarnerf {
 
 namespace {
 
-/// The library silently keeps one of two values with one key.
+/// Refuses objects with a repeated key, of whose values the library silently keeps one, and objects with too many keys.
 template <class Json>
 class KeyCheck {
  public:
@@ -28,7 +28,7 @@ class KeyCheck {
     std::set<std::string>& keys = open_objects_.back();
     const std::string& key = parsed.template get_ref<const std::string&>();
     if (!keys.insert(key).second) {
-      throw InputError(where_ + ": the key " + in_quotes(key) + " stands twice in one object; keep one of them");
+      throw InputError(where_ + ": the key " + in_quotes(key) + " is given twice in one object; keep one of them");
     }
     if (keys.size() > most_keys_) {
       throw InputError(where_ + ": expected at most " + std::to_string(most_keys_) +
@@ -55,7 +55,7 @@ Json parse_json(std::string_view text, const std::string& where, const JsonRules
       return check(depth, event, parsed);
     });
   } catch (const nlohmann::json::exception& e) {  // bad syntax, or a number beyond all doubles
-    // The library's message opens with its own tag in brackets, and repeats all of a text that does not end.
+    // The library's message begins with its own tag in brackets, and quotes all of a string that does not end.
     std::string message = e.what();
     if (const auto end = message.find("] "); end != std::string::npos) message.erase(0, end + 2);
     throw InputError(where + ": " + rules.not_json + in_one_line(message, 300));

@@ -14,15 +14,15 @@
 #include <nlohmann/json.hpp>
 
 // nlohmann's classes are compiled once, in json_view.cpp, and not again in each unit that reads or writes JSON: this header is
-// precompiled. A unit that is compiled without it makes instances of its own.
+// precompiled. A unit that is compiled without it instantiates them again.
 extern template class nlohmann::basic_json<nlohmann::ordered_map>;
 extern template class nlohmann::detail::serializer<nlohmann::ordered_json>;
 
 namespace sarnerf {
 
-/// What kinds of documents differ in: how complaints word what was expected, and how many keys an object may have.
+/// Rules that depend on the kind of document: the wording of error messages, and the number of keys an object may have.
 struct JsonRules {
-  const char* not_json;  ///< stands before what the parser complains of
+  const char* not_json;  ///< precedes the parser's message
   const char* object;    ///< "expected …"
   const char* array;
   const char* text;
@@ -32,21 +32,21 @@ struct JsonRules {
 /// Parses a JSON text, with or without a byte-order mark. `Json` is nlohmann::json, whose objects sort their keys, or
 /// nlohmann::ordered_json, whose objects keep their order and search it from the front at each new key: limit the keys.
 ///
-/// Throws InputError with `where`, line and column for a text that is no JSON, for nesting beyond kDeepestJson, for more
-/// keys than the rules allow, and for objects that hold one key twice, of which JSON libraries silently take one.
+/// Throws InputError with `where` for a text that is not JSON (with line and column), for nesting beyond kDeepestJson (with
+/// the line), for more keys than the rules allow, and for objects that hold a key twice: JSON libraries silently take one.
 template <class Json>
 Json parse_json(std::string_view text, const std::string& where, const JsonRules& rules);
 
-/// A value inside a JSON document that knows its place, so that every complaint can name it:
-/// "street.json: meshes[2].scale: expected a number above 0, found -1". All complaints are InputErrors.
+/// A value inside a JSON document, with its path, so that every error message can name it:
+/// "street.json: meshes[2].scale: expected a number above 0, found -1". All errors are InputErrors.
 template <class Json>
 class JsonView {
  public:
-  /// Value and rules must outlive the view. `place` is the document's name or, where `inside` is set, goes on inside it.
+  /// Value and rules must outlive the view. `place` is the document's name, followed by a path if `inside` is set.
   JsonView(const Json& value, std::string place, const JsonRules& rules, bool inside = false)
       : value_(&value), rules_(&rules), place_(std::move(place)), inside_(inside) {}
 
-  /// Refuses keys that are not among the known ones, and anything that is no object.
+  /// Refuses keys that are not among the known ones, and any value that is not an object.
   void only_keys(std::initializer_list<std::string_view> known) const;
 
   bool has(std::string_view key) const { return value_->contains(key); }

@@ -90,7 +90,7 @@ namespace {
 constexpr int kWindow = 11;
 constexpr double kSigma_pixels = 1.5;
 
-/// What a window sees of the image x and the reference y: weighted means of x, y, x², y², xy.
+/// Weighted means over a window of x, y, x², y² and xy, with x the image and y the reference.
 struct Moments {
   double x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
 
@@ -169,9 +169,10 @@ bool all_set(const Image<std::uint8_t>& mask, int i0, int j0, int side) {
   return true;
 }
 
-/// None for a window without power.
+/// Looks of one window; empty for a window without power.
 std::optional<double> looks_of_window(const Image<float>& power, int i0, int j0, int side) {
-  // About the first pixel: the sum of squares of a nearly flat window would drown its variance in rounding.
+  // Sums are relative to the first pixel: in a nearly flat window, rounding of the plain sum of squares would exceed the
+  // variance.
   const double origin = double(power(i0, j0));
   double sum = 0.0, squares = 0.0;
   for (int i = i0; i < i0 + side; ++i) {

@@ -22,7 +22,7 @@ namespace {
 
 thread_local bool inside_region = false;
 
-/// Marks the calling thread as working for a parallel loop, exceptions or not.
+/// Marks the calling thread as inside a parallel loop, also if an exception leaves it.
 struct RegionGuard {
   RegionGuard() { inside_region = true; }
   ~RegionGuard() { inside_region = false; }
@@ -30,7 +30,7 @@ struct RegionGuard {
   RegionGuard& operator=(const RegionGuard&) = delete;
 };
 
-/// Threads that do nothing but exist, until they go together.
+/// Threads that do nothing; all of them end in the destructor.
 class IdleThreads {
  public:
   ~IdleThreads() {
@@ -42,7 +42,7 @@ class IdleThreads {
     for (std::thread& thread : threads_) thread.join();
   }
 
-  /// Whether the system made one more.
+  /// Starts one more thread; returns whether the system made it.
   bool add() {
     try {
       threads_.emplace_back([this] {
@@ -68,17 +68,17 @@ int processors() {
   return sched_getaffinity(0, sizeof set, &set) == 0 ? std::max(1, CPU_COUNT(&set)) : 1;
 }
 
-/// More threads than that only wait for one another.
+/// With more threads per processor they only wait for one another.
 constexpr int kMostPerProcessor = 16;
 
-/// How many threads, the caller among them, make sense and are made by the system. oneTBB ends the process when it gets fewer
-/// than it asks for: limits on processes or address space must show here first. About 15 µs a thread.
+/// Number of threads, the caller included, that are useful and that the system can make. oneTBB ends the process when it gets
+/// fewer than it requests, so limits on processes or address space must be detected here first. About 15 µs a thread.
 int threads_to_be_had(int n_wanted) {
   const int n = std::clamp(n_wanted, 1, kMostPerProcessor * processors());
   IdleThreads others;
   int n_made = 1;
   while (n_made < n && others.add()) ++n_made;
-  // The last ones may be wanted by libraries.
+  // Libraries may need the rest.
   return n_made == n ? n : std::max(1, n_made / 2);
 }
 
@@ -86,7 +86,7 @@ int threads_to_be_had(int n_wanted) {
 
 int default_thread_count() {
   if (const char* text = std::getenv("OMP_NUM_THREADS")) {
-    // OpenMP allows a list, of which the first number counts here.
+    // OpenMP allows a list; its first number is used here.
     const std::string_view first = std::string_view(text).substr(0, std::string_view(text).find(','));
     int n = 0;
     const auto [end, error] = std::from_chars(first.data(), first.data() + first.size(), n);

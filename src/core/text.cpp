@@ -43,7 +43,7 @@ namespace {
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-/// Insertions, deletions and replacements that turn a into b.
+/// Number of insertions, deletions and replacements that turn a into b, ignoring case.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -62,14 +62,14 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string closest_name(std::string_view name, std::span<const std::string> names) {
-  // Two in five letters wrong is a different word.
+  // A name with more than two in five letters wrong is a different word.
   constexpr std::size_t kLongest = 64;
   if (name.size() > kLongest) return {};
   std::size_t fewest = name.size() * 2 / 5 + 1;
   std::string closest;
   for (const std::string& candidate : names) {
     if (candidate.size() > kLongest) continue;
-    // A name cut short is as good as one wrong letter.
+    // A name cut short counts as one wrong letter.
     const bool begins = name.size() > 2 && candidate.starts_with(name);
     const std::size_t distance = begins ? 1 : edit_distance(name, candidate);
     if (distance < fewest) {
@@ -88,7 +88,7 @@ bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x
 
 std::string_view without_byte_order_mark(std::string_view text, const std::string& where) {
   if (text.starts_with("\xef\xbb\xbf")) return text.substr(3);
-  // Without a mark, every other byte of mostly English text is zero.
+  // Mostly English text in UTF-16 has a zero in every other byte; this detects it without a mark.
   constexpr std::string_view kPattern[] = {std::string_view("\xff\xfe", 2), std::string_view("\xfe\xff", 2),
                                            std::string_view("\0\0\xfe\xff", 4)};
   bool wide = text.size() >= 4 && ((text[0] == '\0') != (text[1] == '\0')) && (text[0] == '\0') == (text[2] == '\0') &&
@@ -130,7 +130,7 @@ bool has_control_characters(std::string_view text) { return std::any_of(text.beg
 std::string in_one_line(std::string_view text, std::size_t most_bytes) {
   std::size_t end = text.size();
   if (end > most_bytes) {
-    // Bytes 10xxxxxx continue a character; four bytes are the longest one.
+    // Bytes 10xxxxxx continue a character, which has at most four bytes.
     const auto continues = [&](std::size_t n) { return (static_cast<unsigned char>(text[n]) & 0xc0) == 0x80; };
     end = most_bytes;
     while (end > 0 && most_bytes - end < 3 && continues(end)) --end;

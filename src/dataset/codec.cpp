@@ -21,21 +21,21 @@ namespace sarnerf {
 
 namespace {
 
-/// OpenCV prints codec warnings by itself; a library must not, and what matters comes back as an error.
+/// Stops OpenCV from printing codec warnings: a library must not print, and real failures are returned as errors.
 void silence_opencv() {
   static const auto previous = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   (void)previous;
 }
 
-/// The PNG and JPEG libraries behind OpenCV print what they think of a file to stderr, in words of their own, and OpenCV
-/// gives no way to stop them. While one of these objects lives, file descriptor 2 leads nowhere; threads share the time.
-/// Programs that would lose messages of their own write to a copy of it (apps/common/console.h).
+/// The PNG and JPEG libraries behind OpenCV print their own warnings to stderr, and OpenCV cannot stop them. While at least
+/// one object of this class exists, in any thread, file descriptor 2 is /dev/null. Programs that would lose their own
+/// messages write to a copy of stderr (apps/common/console.h).
 class SilentStderr {
  public:
   SilentStderr() {
     const std::scoped_lock lock(mutex());
     if (n_alive()++ > 0) return;
-#ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION  // there, what sanitizers find must be seen
+#ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION  // when fuzzing, sanitizer reports must stay visible
     const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
     if (nowhere < 0) return;
     saved() = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
@@ -53,7 +53,7 @@ class SilentStderr {
   SilentStderr& operator=(const SilentStderr&) = delete;
 
  private:
-  // A process has one stderr.
+  // Static: a process has one stderr.
   static std::mutex& mutex() {
     static std::mutex one;
     return one;
@@ -68,8 +68,9 @@ class SilentStderr {
   }
 };
 
-/// Whether a JPEG file ends within its last scan: its library fills in grey and only prints a warning. Within the data of a scan
-/// 0xFF is followed by 0 or a restart marker, so that an end marker (0xFFD9) behind the last start of a scan (0xFFDA) is one.
+/// Whether a JPEG file ends within its last scan. The JPEG library would fill the rest with grey and only print a warning.
+/// Within a scan's data, 0xFF is followed by 0 or a restart marker, so 0xFFD9 after the last start of a scan (0xFFDA) is a
+/// true end marker.
 bool is_cut_jpeg(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (!text.starts_with("\xFF\xD8\xFF")) return false;
@@ -152,7 +153,7 @@ Image<std::uint8_t> display_levels(const Image<float>& image, Quantity quantity,
 std::vector<std::byte> encode_png(const Image<std::uint8_t>& levels) {
   const cv::Mat mat(levels.n_azimuth(), levels.n_range(), CV_8UC1,
                     const_cast<std::uint8_t*>(levels.pixels().data()));
-  // Level 1 with run lengths takes a fifth of the default's time; shadow and background still vanish.
+  // Level 1 with run lengths takes a fifth of the default's time, and still compresses shadow and background to almost nothing.
   return encode(".png", mat,
                 {cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
                  cv::IMWRITE_PNG_STRATEGY_RLE});

@@ -8,7 +8,7 @@
 
 namespace sarnerf {
 
-/// A table with named columns. Every complaint is an InputError "where: row N: …", rows counted from 1 behind the
+/// A table with named columns. Every error is an InputError "where: row N: …"; rows are counted from 1, after the line of
 /// names.
 class CsvTable {
  public:

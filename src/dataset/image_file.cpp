@@ -16,7 +16,7 @@ namespace sarnerf {
 
 namespace {
 
-/// Whole numbers anywhere in the file, in either byte order; nothing is read beyond its end.
+/// Reads whole numbers anywhere in the file, in either byte order. Throws InputError instead of reading beyond its end.
 class HeaderBytes {
  public:
   HeaderBytes(std::span<const std::byte> bytes, const std::string& where) : bytes_(bytes), where_(where) {}
@@ -57,7 +57,7 @@ ImageHeader read_png(const HeaderBytes& bytes) {
   return header;
 }
 
-/// Walks over the segments as decoders do, which pass over what stands between them.
+/// Walks over the segments and, as decoders do, skips any bytes between them.
 ImageHeader read_jpeg(const HeaderBytes& bytes) {
   ImageHeader header{ImageHeader::Format::jpeg};
   header.n_scans = 0;
@@ -79,13 +79,13 @@ ImageHeader read_jpeg(const HeaderBytes& bytes) {
       at += bytes.number(at, 2);
     }
   } catch (const InputError&) {
-    // Decoders show what there is of a file that ends early.
+    // Decoders show the part that they have of a file that ends early.
     if (header.n_bytes == 0) throw;
   }
   return header;
 }
 
-/// Values of a TIFF directory that say how large things are. Of several with the same tag, the largest.
+/// The sizes in a TIFF directory. Of several values with the same tag, the largest.
 struct TiffSizes {
   std::uint64_t columns = 0, rows = 0, channels = 1, bits = 1;
   std::uint64_t rows_per_strip = 0, tile_columns = 0, tile_rows = 0;
@@ -127,11 +127,11 @@ ImageHeader read_tiff(HeaderBytes& bytes) {
     *size = std::max(*size, bytes.number(inside ? value : bytes.number(value, offset_bytes), value_bytes));
   }
 
-  constexpr std::uint64_t kMost = 0xffffffff;  // products of two stay within 64 bits
+  constexpr std::uint64_t kMost = 0xffffffff;  // products of two such numbers fit into 64 bits
   const auto within = [&](std::uint64_t value) { return std::min(value, kMost); };
   ImageHeader header{ImageHeader::Format::tiff, within(sizes.rows), within(sizes.columns)};
   std::uint64_t n_pixels = header.n_rows * header.n_columns;
-  // A strip of 2^32 - 1 rows is a common way to say: all of them.
+  // A strip of 2^32 - 1 rows commonly means: all rows.
   if (sizes.rows_per_strip < kMost) n_pixels = std::max(n_pixels, sizes.rows_per_strip * header.n_columns);
   n_pixels = std::max(n_pixels, within(sizes.tile_rows) * within(sizes.tile_columns));
   const std::uint64_t n_bytes = (std::min<std::uint64_t>(sizes.bits, 64) + 7) / 8;
@@ -140,8 +140,8 @@ ImageHeader read_tiff(HeaderBytes& bytes) {
   return header;
 }
 
-/// Of decoded bytes to those of a file, for a picture of one value: deflate reaches 1,032 and LZW 1,340; a scan
-/// of JPEG takes a bit for 64 pixels.
+/// Largest ratio of decoded bytes to file bytes, reached by a picture of one value: 1,032 for deflate, 1,340 for LZW;
+/// a JPEG scan takes one bit for 64 pixels.
 std::uint64_t best_compression(ImageHeader::Format format) {
   return format == ImageHeader::Format::jpeg ? 512 : 1400;
 }
@@ -169,13 +169,13 @@ void require_plausible(const ImageHeader& header, std::size_t file_bytes, const 
   if (header.n_rows > kLongestSide || header.n_columns > kLongestSide) {
     refuse(std::to_string(header.n_rows) + " x " + std::to_string(header.n_columns) + " pixels");
   }
-  // Below, the frame around the pixels counts for more than they do.
+  // Below this, the format's overhead outweighs the pixels: the ratio is not checked.
   constexpr std::uint64_t kAlwaysFine = 1u << 20;
   if (header.n_bytes > std::max(kAlwaysFine, best_compression(header.format) * file_bytes)) {
     refuse(std::to_string(header.n_bytes) + " bytes for " + std::to_string(header.n_rows) + " x " +
            std::to_string(header.n_columns) + " pixels");
   }
-  // Progressive files have about ten, and each is another pass over the picture.
+  // Progressive files have about ten scans. Each is another pass over the picture.
   constexpr int kMostScans = 32;
   if (header.n_scans > kMostScans) refuse(std::to_string(header.n_scans) + " scans");
 }

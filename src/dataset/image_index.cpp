@@ -24,7 +24,7 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-/// libcsv calls these from C: nothing may be thrown through it.
+/// For libcsv, which calls take_field() and end_row() from C: no exception may pass through it.
 struct Collector {
   Rows rows{1};
   bool out_of_memory = false;
@@ -76,7 +76,7 @@ CsvTable::CsvTable(std::string_view text, std::string where) : where_(std::move(
   for (std::size_t n = 0; n < names_.size(); ++n)
     if (!names_[n].empty() &&
         std::find(names_.begin(), names_.begin() + n, names_[n]) != names_.begin() + n)
-      fail("the column " + in_quotes(names_[n]) + " stands twice");
+      fail("the column " + in_quotes(names_[n]) + " is listed twice");
   for (std::size_t row = 0; row < rows_.size(); ++row)
     if (rows_[row].size() != names_.size())
       fail(row, "expected " + std::to_string(names_.size()) +
@@ -117,7 +117,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Beyond this, depression and incidence are about different geometries; the manifest's reader says the same.
+/// Larger deviations from 90° mean different geometries. The same tolerance as in the manifest's reader.
 constexpr double kAngleTolerance_deg = 0.0101;
 
 constexpr std::size_t kMostNamed = 5;
@@ -158,7 +158,7 @@ std::optional<double> positive(const CsvTable& table, std::size_t row, const cha
 IndexedImage image_of_row(const CsvTable& table, std::size_t row) {
   IndexedImage image;
   const auto azimuth = table.number(row, "azimuth_deg");
-  if (!azimuth) table.fail(row, "azimuth_deg is empty: nobody knows where the radar stood");
+  if (!azimuth) table.fail(row, "azimuth_deg is empty: the radar's azimuth is unknown");
   image.azimuth_deg = *azimuth;
   image.depression_deg = depression_deg(table, row);
   image.slant_range_m = positive(table, row, "slant_range_m");

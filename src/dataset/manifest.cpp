@@ -37,7 +37,7 @@ Acquisition acquisition_of(const DatasetView& view, const glm::dvec3& aim_m) {
 std::string unfinished_text(const Dataset& dataset) {
   if (!dataset.unfinished()) return "";
   return std::to_string(dataset.views.size()) + " of " + std::to_string(dataset.n_planned_views) +
-         " views: what makes them was interrupted; the same command makes the rest";
+         " views: the program that makes them was interrupted; the same command makes the rest";
 }
 
 Box scene_box_of_swath(const glm::dvec3& aim_m, std::span<const DatasetView> views) {
@@ -64,7 +64,7 @@ constexpr std::array<std::string_view, 4> kAxisNames{"+i", "-i", "+j", "-j"};
 /// In the order of enum class Look.
 constexpr std::array<std::string_view, 2> kLookNames{"right", "left"};
 
-/// Keeps the order of keys, so that what is read and written again stays the same text.
+/// Keeps the order of keys, so that a manifest that is read and written again stays the same text.
 using Json = nlohmann::ordered_json;
 
 constexpr JsonRules kRules{
@@ -75,7 +75,7 @@ constexpr JsonRules kRules{
     .most_keys = 4096,
 };
 
-/// A value that remembers which keys of an object were asked for: finish() refuses the others, which are mostly misspelt.
+/// A JSON value that records which keys of an object were requested. finish() refuses other keys: most are misspelt.
 class JsonReader : public JsonView<Json> {
  public:
   JsonReader(const Json& document, const std::string& where)
@@ -109,7 +109,7 @@ class JsonReader : public JsonView<Json> {
   }
   std::string optional_text(const std::string& key) { return has(key) ? at(key).text() : std::string(); }
 
-  /// Refuses the first key that nobody asked for.
+  /// Refuses the first key that was not requested.
   void finish() const {
     for (const auto& [key, value] : json().items()) {
       if (!asked_.contains(key)) fail("the key \"" + in_one_line(key, 60) + "\" is unknown; misspelt?");
@@ -122,7 +122,7 @@ class JsonReader : public JsonView<Json> {
   std::set<std::string> asked_;
 };
 
-/// Angles and heights are often published rounded; beyond this they are about different geometries.
+/// Angles and heights are often published rounded. Larger deviations mean different geometries.
 constexpr double kAngleToleranceDeg = 0.0101;
 constexpr double kAltitudeTolerance = 0.01;
 
@@ -138,7 +138,7 @@ std::size_t index_of_name(const JsonReader& reader, const std::array<std::string
   return static_cast<std::size_t>(found - names.begin());
 }
 
-/// Runs one of the library's *_from_name functions and says where the name stood.
+/// Calls one of the library's *_from_name functions and adds the JSON location to its error.
 template <class FromName>
 auto enumerator(const JsonReader& reader, FromName from_name) {
   try {
@@ -290,7 +290,7 @@ std::map<std::string, std::vector<std::string>> read_splits(JsonReader reader,
     for (std::size_t n = 0; n < list.array_size(); ++n) {
       const std::string image = list.at(n).text();
       if (free.erase(image) == 0) {
-        list.at(n).fail("\"" + in_one_line(image, 60) + "\" is no image of this dataset, or in another split already");
+        list.at(n).fail("\"" + in_one_line(image, 60) + "\" is not an image of this dataset, or is already in a split");
       }
       splits[split].push_back(image);
     }
@@ -298,7 +298,7 @@ std::map<std::string, std::vector<std::string>> read_splits(JsonReader reader,
   return splits;
 }
 
-/// Who makes a dataset writes the recipe first, the manifest last.
+/// Why a folder has no manifest. Programs that make datasets write the recipe first and the manifest last.
 std::string why_missing(const std::filesystem::path& folder) {
   std::error_code ignored;
   if (!std::filesystem::exists(folder / "recipe.json", ignored) || !std::filesystem::is_directory(folder / "images", ignored))
@@ -335,7 +335,7 @@ Dataset parse_manifest(std::string_view text, const std::string& where) {
   const JsonReader provenance = reader.at("provenance");
   if (!provenance.json().is_object()) provenance.fail("expected an object");
   dataset.provenance_json = provenance.json().dump();
-  // Without the key, older programs' data sets of sar_render say so by who made them.
+  // Datasets of older programs lack the key: their poses are exact if the provenance names sar_render.
   dataset.exact_poses = reader.has("exact_poses") ? reader.at("exact_poses").boolean()
                                                   : dataset.provenance_json.find("sar_render") != std::string::npos;
   reader.finish();
@@ -374,7 +374,7 @@ Json view_json(const DatasetView& view) {
   return j;
 }
 
-/// The object's text with the views, one a line, in place of its last brace.
+/// The object's text, with the views appended as its last key, one view a line.
 std::string with_views(const Json& head, const std::vector<DatasetView>& views) {
   std::string text = head.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
   text.erase(text.rfind("\n}"));
@@ -411,7 +411,7 @@ std::string manifest_text(const Dataset& dataset) {
     head["provenance"] = Json::parse(dataset.provenance_json);
     text = with_views(head, dataset.views);
   } catch (const nlohmann::json::exception& e) {
-    throw UsageError(std::string("a dataset holds a text that JSON cannot: ") + e.what());
+    throw UsageError(std::string("a dataset has a text that JSON cannot represent: ") + e.what());
   }
   try {
     (void)parse_manifest(text, std::string(kManifestName));

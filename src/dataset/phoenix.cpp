@@ -24,10 +24,10 @@ namespace sarnerf {
 
 namespace {
 
-/// The "Name= value" lines of a Phoenix header. Every complaint is an InputError that names file and field.
+/// The "Name= value" lines of a Phoenix header. Every error is an InputError that names file and field.
 class PhoenixHeader {
  public:
-  /// From the beginning of a file up to "[EndofPhoenixHeader]".
+  /// Parses the beginning of a file up to "[EndofPhoenixHeader]".
   PhoenixHeader(std::string_view file, std::string where);
 
   /// Bytes up to and including the header's last line.
@@ -49,7 +49,7 @@ class PhoenixHeader {
 constexpr std::string_view kBegin = "[PhoenixHeaderVer";
 constexpr std::string_view kEnd = "[EndofPhoenixHeader]";
 
-/// Real headers have two thousand bytes; in a megabyte without an end there is none.
+/// Longest header. Real ones have two thousand bytes; a megabyte without an end is not a header.
 constexpr std::size_t kMostBytes = 1 << 20;
 
 std::string_view trimmed(std::string_view text) {
@@ -116,11 +116,11 @@ void PhoenixHeader::fail(const std::string& what) const { throw InputError(where
 
 constexpr std::size_t kMostSide = 65535;
 
-/// Measured depressions lie within a degree of the desired ones; further away one of the two is a mistake, and
-/// nothing tells which.
+/// Measured depressions lie within a degree of the desired ones. If they differ by more than this, one of the two is
+/// wrong, and it is unknown which.
 constexpr double kMostDepressionError_deg = 3.0;
 
-/// Amplitudes of any calibration lie far inside; floats whose bytes are the wrong way round do not.
+/// Amplitudes of any calibration lie far inside these limits; floats read in the wrong byte order do not.
 constexpr float kMostMagnitude = 1e15f, kLeastPeak = 1e-20f;
 constexpr float kMostPhase_rad = static_cast<float>(2.0 * kPi) + 1e-3f;
 
@@ -201,7 +201,7 @@ std::optional<double> range_m(const PhoenixHeader& header, std::string_view name
   return value;
 }
 
-/// Of weightings as the headers write them, "-35dB_Taylor", with the usual four nearly equal sidelobes; none for others.
+/// Resolution for weightings such as "-35dB_Taylor", with the usual four nearly equal sidelobes; empty for others.
 std::optional<Resolution> resolution_in(const PhoenixHeader& header) {
   const auto azimuth_m = header.number("CrossRangeResolution"), range_m = header.number("RangeResolution");
   const std::string weighting = header.text("RangeWeighting");
@@ -230,7 +230,7 @@ PhoenixChip parse_phoenix(std::span<const std::byte> bytes, const std::string& w
   const auto n_columns = header.whole_number("NumberOfColumns", 1, kMostSide);
   const auto azimuth_deg = header.number("TargetAz");
   if (!azimuth_deg)
-    header.fail("the header has no TargetAz, without which nobody knows where the radar stood");
+    header.fail("the header has no TargetAz, without which the radar's azimuth is unknown");
   chip.target_azimuth_deg = *azimuth_deg;
   chip.desired_depression_deg = header.number("DesiredDepression");
   chip.measured_depression_deg = header.number("MeasuredDepression");
@@ -287,7 +287,7 @@ void append(std::string& header, const char* name, const std::optional<double>& 
   if (value) append(header, name, *value);
 }
 
-/// Ten digits, so that the header is as long whatever the number.
+/// Ten digits, so that the header's length does not depend on the number.
 std::string fixed_width(std::size_t number) {
   char text[32];
   std::snprintf(text, sizeof text, "%010zu", number);
@@ -358,7 +358,7 @@ std::vector<std::byte> encode_phoenix(const PhoenixChip& chip) {
 
 namespace {
 
-/// Of a Phoenix chip's rows and columns, when the radar looks right. Turning an image by these is its own inverse.
+/// Axes of a Phoenix chip's rows and columns for a right-looking radar. Turning an image by these is its own inverse.
 constexpr std::array kChipAxes{Axis::minus_j, Axis::minus_i};
 
 }  // namespace
@@ -366,7 +366,7 @@ constexpr std::array kChipAxes{Axis::minus_j, Axis::minus_i};
 double within_circle_deg(double azimuth_deg) {
   double turned = std::fmod(azimuth_deg, 360.0);
   if (turned < 0.0) turned += 360.0;
-  return turned < 360.0 ? turned : 0.0;  // 360 less next to nothing rounds to 360
+  return turned < 360.0 ? turned : 0.0;  // 360 minus a tiny number rounds to 360
 }
 
 Chip chip_of(const PhoenixChip& phoenix, double assumed_range_m) {

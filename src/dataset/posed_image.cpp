@@ -90,7 +90,7 @@ std::string size_text(int n_azimuth, int n_range) {
   return std::to_string(n_azimuth) + " x " + std::to_string(n_range);
 }
 
-/// Stored values to linear power in place.
+/// Converts stored values to linear power in place.
 void to_power(Image<float>& image, const Dataset& dataset, const std::string& where) {
   const bool amplitude = dataset.quantity == Quantity::amplitude;
   for (float& value : image.pixels()) {
@@ -98,7 +98,7 @@ void to_power(Image<float>& image, const Dataset& dataset, const std::string& wh
     if (physical < 0.0)
       throw InputError(where + ": " + std::string(name(dataset.quantity)) +
                        " cannot be negative, found " + std::to_string(physical) +
-                       "; write what was measured without noise subtracted, or clamp it at 0");
+                       "; write values without noise subtraction, or clamp them at 0");
     value = static_cast<float>(amplitude ? physical * physical : physical);
     if (!std::isfinite(value))
       throw InputError(where + ": a value times the dataset's scale, " +
@@ -156,10 +156,10 @@ std::vector<PosedImage> load_images(const std::filesystem::path& folder, const D
 namespace {
 
 constexpr std::size_t kMostViews = 24;
-constexpr double kFlattest = 0.9;       ///< quantile of a view's windows
+constexpr double kFlattest = 0.9;       ///< quantile over a view's windows
 constexpr double kSpeckledBelow = 50.0;  ///< looks
 
-constexpr float kFaintest = 1e-8f;        ///< of the peak, that can be seen
+constexpr float kFaintest = 1e-8f;        ///< visible power, relative to the peak
 
 bool most_exceed(std::span<const PosedImage> images, float power) {
   std::size_t n_above = 0, n = 0;
@@ -199,7 +199,7 @@ bool is_speckle(std::optional<double> looks) { return looks && *looks < kSpeckle
 
 bool is_speckled(std::span<const PosedImage> images) { return is_speckle(looks_of(images)); }
 
-std::vector<std::vector<std::size_t>> places_by_pitch(std::span<const double> incidence_rad) {
+std::vector<std::vector<std::size_t>> indices_by_pitch(std::span<const double> incidence_rad) {
   constexpr double kPitchGap_rad = rad_from_deg(0.25);
   std::vector<double> sorted(incidence_rad.begin(), incidence_rad.end());
   std::sort(sorted.begin(), sorted.end());
@@ -227,7 +227,7 @@ void remove_common_translation(std::span<PosedImage> images) {
     add(frame.h, image.acquisition.azimuth_shift_m);
     add(frame.k, image.acquisition.range_shift_m);
   }
-  // Views of one direction leave a component open: it stays 0.
+  // Views of one direction leave a component of t undetermined; this keeps it at 0.
   squares += 1e-9 * static_cast<double>(images.size()) * glm::dmat3(1.0);
   const glm::dvec3 t = glm::inverse(squares) * products;
   for (PosedImage& image : images) {
@@ -275,7 +275,7 @@ std::vector<Outlier> find_outliers(std::span<const PosedImage> images) {
   const std::size_t most = std::max<std::size_t>(1, n_pixels / kPixelsForEach);
   std::vector<Outlier> top = brightest(images, most + 1);
   std::size_t n_above = top.empty() ? 0 : top.size() - 1;
-  // Where all other pixels are 0 there is nothing to compare with.
+  // Where all other pixels are 0, there is no power to compare with.
   while (n_above > 0 && !(top[n_above].power > 0.0f && top[n_above - 1].power / top[n_above].power > kGap)) --n_above;
   if (n_above == 0) return {};
   const float limit = top[n_above].power;
@@ -296,8 +296,8 @@ std::vector<Outlier> limit_outliers(std::span<PosedImage> images) {
 }
 
 std::string outlier_text(const Outlier& outlier, std::span<const PosedImage> images) {
-  return format("%s: pixel %d, %d (azimuth row, range bin) holds a power of %.3g, and no pixel that others confirm more than "
-                "%.3g: it counts as that; is the file damaged?",
+  return format("%s: pixel %d, %d (azimuth row, range bin) holds a power of %.3g, and other images confirm no more than "
+                "%.3g, which is used instead; is the file damaged?",
                 images[outlier.image].name.c_str(), outlier.i, outlier.j, double{outlier.power}, double{outlier.limit});
 }
 

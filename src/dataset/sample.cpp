@@ -30,10 +30,10 @@ constexpr std::uint32_t kInt8 = 1, kInt32 = 5, kUint32 = 6, kMatrix = 14, kCompr
 
 constexpr std::uint32_t kMostSide = 2048, kLongestName = 63;
 
-/// Real and imaginary parts in double precision, and what stands around them.
+/// Real and imaginary parts in double precision, and the bytes around them.
 constexpr std::size_t kMostMatrixBytes = 2 * sizeof(double) * kMostSide * kMostSide + 1024;
 
-/// Classes of arrays: texts and numbers of every kind; not cells, structures, objects, sparse matrices.
+/// Accepted array classes: texts and numbers of every kind; not cells, structures, objects, sparse matrices.
 constexpr std::uint32_t kCharacters = 4, kFirstNumber = 6, kLastNumber = 15;
 
 class Words {
@@ -53,7 +53,7 @@ class Words {
   bool little_endian_;
 };
 
-/// What a compressed variable unzips to; empty where it does not, or to too much.
+/// The uncompressed bytes of a variable; empty if it cannot be uncompressed or is too large.
 std::string unzipped(std::string_view zipped) {
   std::string bytes(std::min(kMostMatrixBytes, 1032 * zipped.size() + 64),
                     '\0');  // zlib's highest ratio
@@ -65,7 +65,7 @@ std::string unzipped(std::string_view zipped) {
   return bytes;
 }
 
-/// Bytes of one value of a data type; 0 for what is no number and no character.
+/// Bytes of one value of a data type; 0 if the type is neither a number nor a character.
 std::size_t size_of(std::uint32_t type) {
   constexpr std::array<std::size_t, 19> kSizes{0, 1, 1, 2, 2, 4, 4, 4, 0, 8,
                                                0, 0, 8, 8, 0, 0, 1, 2, 4};
@@ -77,8 +77,8 @@ struct Part {
   std::size_t begin = 0, n_bytes = 0;
 };
 
-/// The parts of a matrix one after the other: small ones have type and size in one word and their data in the next;
-/// the others fill up to eight bytes. Empty where they do not end with the matrix.
+/// The parts of a matrix, in order. Small parts have type and size in one word and their data in the next; others are
+/// padded to a multiple of eight bytes. Empty if the last part does not end with the matrix.
 std::vector<Part> parts_of(std::string_view matrix, const Words& words) {
   std::vector<Part> parts;
   for (std::size_t at = kTagBytes; at < matrix.size();) {
@@ -121,10 +121,10 @@ bool is_plain_matrix(std::string_view matrix, bool little_endian) {
   });
 }
 
-/// Looks at the bytes of a MATLAB file before libmatio does, which believes sizes whatever they are. Passes files of
-/// version 5 that end with their last variable and hold nothing but texts and matrices of numbers of at most
-/// 2048 × 2048, compressed or not, whose parts are as long as they must be; throws InputError "where: …" for all
-/// others, those of version 7.3 (HDF5) by name. Cost: unzipping what is compressed, one variable at a time.
+/// Checks the bytes of a MATLAB file before libmatio reads it, which trusts any size it finds. Accepts files of version 5
+/// that end with their last variable and hold only texts and matrices of numbers of at most 2048 × 2048, compressed or
+/// not, whose parts have the required lengths. Throws InputError "where: …" for all others; the message names version
+/// 7.3 (HDF5). Cost: uncompressing the compressed variables, one at a time.
 void check_mat_layout(std::string_view file, const std::string& where) {
   const auto fail = [&](const std::string& what) { throw InputError(where + ": " + what); };
   if (file.starts_with("\x89HDF\r\n") || file.starts_with("MATLAB 7.3"))
@@ -171,7 +171,7 @@ struct FreeVariable {
 };
 using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 
-/// Variables of a MATLAB file of version 5, by name. Every complaint is an InputError that names file and variable.
+/// Variables of a MATLAB file of version 5, by name. Every error is an InputError that names file and variable.
 class MatFile {
  public:
   explicit MatFile(const std::filesystem::path& path);
@@ -180,7 +180,7 @@ class MatFile {
   double number(const char* name) const;     ///< finite
   std::string text(const char* name) const;  ///< in one line
 
-  /// Absolute values of a complex or real matrix in the order of the file: rows of the image are the matrix's columns.
+  /// Absolute values of a complex or real matrix, in the order of the file: the image's rows are the matrix's columns.
   Image<float> magnitudes(const char* name) const;
 
  private:
@@ -194,7 +194,7 @@ struct MatFile::State {
 
   std::string place(const char* name) const { return where + ": " + name; }
 
-  /// With its data, after looking at its shape.
+  /// Reads a variable with its data, after checking its shape.
   Variable read(const char* name, bool (*is_right)(const matvar_t&), const char* expected) const {
     const Variable shape(Mat_VarReadInfo(file, name));
     if (!shape)
@@ -237,7 +237,7 @@ std::string MatFile::text(const char* name) const {
   };
   const Variable variable = state_->read(name, is_line, "a text");
   const auto length = static_cast<std::size_t>(variable->dims[1]);
-  const auto width = variable->nbytes / length;  // 8-bit codes, or the first halves of 16-bit ones
+  const auto width = variable->nbytes / length;  // 8-bit codes, or the first bytes of 16-bit ones
   std::string text;
   for (std::size_t n = 0; n < length && (width == 1 || width == 2); ++n)
     text += static_cast<const char*>(variable->data)[n * width];
@@ -304,7 +304,7 @@ Chip read_sample(const std::filesystem::path& path, double assumed_range_m) {
   chip.target_type = file.text("target_name");
   chip.target_serial = serial_of(path.stem().string());
   chip.file_name = path.filename().string();
-  // MATLAB stores columns one after the other: read row by row, that is the transpose already.
+  // MATLAB stores a matrix by columns: read by rows, it is already transposed.
   chip.magnitude = file.magnitudes("complex_img");
   return chip_of(chip, assumed_range_m);
 }

@@ -48,7 +48,7 @@ double LeaveOneOut::psnr_db(const Predict& predict) const {
 
 namespace {
 
-constexpr int kSteps = 16;  ///< of the search, on each side of the aim point
+constexpr int kSteps = 16;  ///< heights tried on each side of the aim point
 constexpr int kRefinements = 4;
 
 struct Candidate {
@@ -77,7 +77,7 @@ double fitted_plane_height_m(std::span<const PosedImage> training, const Monitor
     if (psnr > best.psnr_db) best = {height_m, psnr};
   };
   double step_m = half_swath_m / kSteps;
-  offer(0.0);  // first, so that it is what remains where the height makes no difference
+  offer(0.0);  // first, so that 0 is kept where the height makes no difference
   for (int n = 1; n <= kSteps; ++n) {
     offer(n * step_m);
     offer(-n * step_m);
@@ -164,7 +164,7 @@ std::vector<Baseline> default_baselines(std::span<const PosedImage> training,
       for (const bool of_amplitudes : {false, true}) {
         Baseline b{method, height_m, 0.0, of_amplitudes};
         b.blur_pixels = fitted_blur_pixels(training, b, monitor);
-        // Unblurred, it is in the list.
+        // The unblurred baseline is already in the list.
         if (method == Interpolation::rotated_linear && b.blur_pixels == 0.0 && !of_amplitudes) continue;
         baselines.push_back(b);
       }

@@ -28,7 +28,7 @@ Image<float> amplitude_of(const Image<float>& power) {
 
 namespace {
 
-/// Mean of what `value` finds in those that have it; none where none has.
+/// Mean of `value` over the elements that have one; none if no element has one.
 template <class T, class Value>
 std::optional<double> mean_of_present(std::span<const T> all, Value&& value) {
   double sum = 0.0;
@@ -93,7 +93,7 @@ void check_counts(std::span<const PosedImage> truth, std::span<const Image<float
   }
 }
 
-/// What all methods of one evaluation share.
+/// The data common to all methods of one evaluation.
 struct Judge {
   std::span<const PosedImage> truth;
   double peak;
@@ -109,7 +109,7 @@ struct Judge {
     monitor.report("evaluate", ++n_done, n_total);
   }
 
-  /// `image_of(n)` is the prediction of view n; it may be computed for the occasion.
+  /// `image_of(n)` is the prediction of view n; it may be computed at each call.
   template <class ImageOf>
   MethodScores scores(std::string name, ImageOf&& image_of) {
     MethodScores method{std::move(name), std::vector<Scores>(truth.size()), {}, 0};
@@ -124,7 +124,7 @@ struct Judge {
         done();
       }
     });
-    // Images are made a second time rather than kept: a network is far dearer than an interpolation.
+    // Images are computed again rather than kept: an LPIPS network costs far more than an interpolation.
     for (std::size_t n = 0; settings.lpips && n < truth.size(); ++n) {
       monitor.check();
       method.views[n].lpips = settings.lpips(image_of(n), truth[n].power, peak);
@@ -268,7 +268,7 @@ BackgroundScores score_background(const Image<float>& power, const PosedImage& t
 }
 
 BackgroundScores mean_of(std::span<const BackgroundScores> views) {
-  if (views.empty()) throw UsageError("no views, no mean");
+  if (views.empty()) throw UsageError("a mean over views needs at least one view");
   const auto mean = [&](auto member) {
     return mean_of_present(views, [&](const BackgroundScores& s) { return std::optional<double>(s.*member); });
   };
@@ -288,7 +288,7 @@ BackgroundScores mean_of(std::span<const BackgroundScores> views) {
 
 namespace {
 
-/// Every other view from the first one on, by azimuth.
+/// Every other view of the sorted ones, from index `first` on.
 std::vector<const PosedImage*> every_other(Views sorted, std::size_t first) {
   std::vector<const PosedImage*> some;
   for (std::size_t n = first; n < sorted.size(); n += 2) some.push_back(sorted[n]);
@@ -296,7 +296,7 @@ std::vector<const PosedImage*> every_other(Views sorted, std::size_t first) {
 }
 
 std::vector<Neighbour> within(Views views, const Acquisition& wanted, double reach_rad) {
-  // What lies at the very limit counts, however its angle was rounded.
+  // Views exactly at the limit are included, however their angle was rounded.
   const double limit = reach_rad + 1e-9;
   std::vector<Neighbour> near;
   for (const PosedImage* view : views) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Registers views to one another (correlation with turned neighbours, and shifts that agree with all correlations), and a prediction
-// to its truth.
+// Registers views to one another (correlation with turned neighbours, and a least-squares fit of shifts to all correlations), and
+// a prediction to its truth.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,18 +19,18 @@ namespace sarnerf {
 
 namespace {
 
-/// Rounds of correlation: each turns the neighbours by the shifts of the last one, which sharpens their mean.
+/// Rounds of correlation. Each turns the neighbours with the shifts that the round before has found.
 constexpr int kRounds = 3;
 
-/// Standard deviation of amplitudes' blur (pixels): speckle is as wide, and must not decide.
+/// Standard deviation (pixels) of the amplitudes' blur. Speckle is as wide and must not decide the correlation.
 constexpr double kBlur_pixels = 1.0;
 
-/// Of a correlation's maximum (pixels), beside the prior's standard deviation.
+/// Standard deviation (pixels) of the position of a correlation's maximum; it is weighed against the prior's.
 constexpr double kNoise_pixels = 0.2;
 
 Image<float> blurred_amplitude(const Image<float>& power) { return gaussian_blur(amplitude_of(power), kBlur_pixels); }
 
-/// Correlation coefficient of image(i, j) with reference(i + di, j + dj) where both are.
+/// Correlation coefficient of image(i, j) with reference(i + di, j + dj) where both exist.
 double correlation(const Image<float>& image, const Image<float>& reference, int di, int dj) {
   const int n_i = image.n_azimuth(), n_j = image.n_range();
   double n = 0.0, a = 0.0, b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0;
@@ -64,7 +64,7 @@ std::array<double, 2> best_offset(const Image<float>& image, const Image<float>&
   return {i + top(at(i - 1, j), at(i, j), at(i + 1, j)), j + top(at(i, j - 1), at(i, j), at(i, j + 1))};
 }
 
-/// Each view's neighbours in azimuth, at its pitch, as places among the images.
+/// Each view's neighbours in azimuth, at its pitch, as indices of images.
 std::vector<std::vector<std::size_t>> neighbours_of(std::span<const PosedImage> images) {
   std::vector<std::vector<std::size_t>> neighbours(images.size());
   for (const Pitch& pitch : pitches(checked_views(images)))
@@ -78,7 +78,8 @@ std::vector<std::vector<std::size_t>> neighbours_of(std::span<const PosedImage> 
   return neighbours;
 }
 
-/// Shifts s of least Σ (s_v − ⟨s⟩_neighbours − b_v)² / σ² + Σ s_v² / prior²: conjugate gradients on the normal equations.
+/// Shifts s that minimise Σ (s_v − ⟨s⟩_neighbours − b_v)² / σ² + Σ s_v² / prior².
+/// Conjugate gradients on the normal equations.
 std::vector<double> agreeing_shifts(const std::vector<std::vector<std::size_t>>& neighbours, const std::vector<double>& b,
                                     double prior_pixels) {
   const std::size_t n = b.size();
@@ -137,8 +138,8 @@ void register_views(std::span<PosedImage> images, double prior_pixels, double pl
       if (neighbours[v].empty()) return;
       Acquisition wanted = images[v].acquisition;
       wanted.azimuth_shift_m = wanted.range_shift_m = 0.0;
-      // Pair by pair: what is high lies over differently in each, to one side in those before and to the other in those behind,
-      // and a mean of their images would be that of the brightest.
+      // Correlates pair by pair. The layover of high parts differs in each neighbour: it goes to one side in those before and to
+      // the other in those after. The brightest neighbour would dominate a mean of their images.
       const double part = 1.0 / static_cast<double>(neighbours[v].size());
       for (const std::size_t u : neighbours[v]) {
         const Neighbour turned{&images[u], 1.0};
@@ -160,7 +161,7 @@ void register_views(std::span<PosedImage> images, double prior_pixels, double pl
   }
 }
 
-// A prediction and its truth.
+// Registration of a prediction to its truth.
 
 namespace {
 
@@ -168,7 +169,7 @@ constexpr int kBlock_pixels = 16, kMostShift_pixels = 2, kLanczos = 4;
 
 bool is_even(int i, int j) { return (i / kBlock_pixels + j / kBlock_pixels) % 2 == 0; }
 
-/// Weights of the samples from −3 to 4 about the one before a place `part` behind it. Their sum is made 1.
+/// Lanczos weights of samples −3 to 4 for the position `part`, in [0, 1), after sample 0, normalised to sum 1.
 std::array<double, 2 * kLanczos> lanczos_weights(double part) {
   const auto sinc = [](double x) { return x == 0.0 ? 1.0 : std::sin(kPi * x) / (kPi * x); };
   std::array<double, 2 * kLanczos> weights{};
@@ -182,7 +183,7 @@ std::array<double, 2 * kLanczos> lanczos_weights(double part) {
   return weights;
 }
 
-/// image(i + di, j + dj); its border repeated.
+/// image(i + di, j + dj), with the border repeated.
 Image<float> shifted(const Image<float>& image, double di, double dj) {
   const int n_i = image.n_azimuth(), n_j = image.n_range();
   const int whole_i = static_cast<int>(std::floor(di)), whole_j = static_cast<int>(std::floor(dj));

@@ -18,13 +18,13 @@ namespace sarnerf {
 
 namespace {
 
-/// Angles nearer than this are one: far above the rounding of angles in degrees, far below any step of a sweep. It
-/// also keeps ties, as in the middle of a gap, from being decided by rounding.
+/// Angles that differ by less than this are equal: far above the rounding of angles in degrees, far below any step of a
+/// sweep. It also keeps rounding from deciding ties, as in the middle of a gap.
 constexpr double kSameAngle_rad = 1e-9;
 
 constexpr std::size_t kNearest = 6;  ///< of nearest_azimuths()
 
-/// How far to turn from one azimuth to another in the direction of growing azimuths, in [0, 2π).
+/// Angle from one azimuth to another in the direction of growing azimuths, in [0, 2π).
 double turn_rad(double from_rad, double to_rad) {
   const double turn = std::remainder(to_rad - from_rad, 2.0 * kPi);
   if (std::abs(turn) < kSameAngle_rad) return 0.0;
@@ -55,11 +55,11 @@ std::vector<Pitch> pitches(Views training) {
   std::vector<double> incidence_rad;
   for (const PosedImage* image : training) incidence_rad.push_back(image->acquisition.incidence_rad);
   std::vector<Pitch> all;
-  for (const std::vector<std::size_t>& places : places_by_pitch(incidence_rad)) {
+  for (const std::vector<std::size_t>& places : indices_by_pitch(incidence_rad)) {
     Pitch& pitch = all.emplace_back();
     for (const std::size_t n : places) {
       pitch.views.push_back(training[n]);
-      // A running mean: equal incidences have exactly their own.
+      // A running mean: the mean of equal incidences is exact.
       pitch.incidence_rad += (incidence_rad[n] - pitch.incidence_rad) / double(pitch.views.size());
     }
   }
@@ -116,7 +116,7 @@ std::vector<Neighbour> nearest_azimuths(const Pitch& pitch, const Acquisition& w
     sorted.push_back({std::abs(std::remainder(a.azimuth_rad - wanted.azimuth_rad, 2.0 * kPi)),
                       std::abs(a.incidence_rad - wanted.incidence_rad), view});
   }
-  // Rounded to what counts as one angle, so that the order stays a strict one.
+  // Rounded to kSameAngle_rad, so that the order is a strict weak one.
   const auto key = [](const Distance& d) {
     return std::pair(std::llround(d.turn_rad / kSameAngle_rad),
                      std::llround(d.tilt_rad / kSameAngle_rad));
@@ -169,7 +169,7 @@ bool same_sight(const Acquisition& a, const Acquisition& b) {
          std::abs(a.slant_range_m - b.slant_range_m) < 1e-12 * a.slant_range_m;
 }
 
-/// Nearly whole positions are whole: what rounding adds would blur an image that lies exactly on the grid.
+/// Snaps nearly whole positions: rounding errors would blur an image that lies exactly on the grid.
 double settle(double position) {
   const double whole = std::round(position);
   return std::abs(position - whole) < 1e-6 ? whole : position;
@@ -203,7 +203,7 @@ double WarpedView::value(int i, int j) const {
   if (std::isnan(offset_m)) return 0.0;
   const glm::dvec3 point =
       a_m * along_track_ + offset_m * away_ + glm::dvec3(0.0, plane_height_m_, 0.0);
-  // project() without the ray angle, which would be most of the time.
+  // project() without the ray angle, which would take most of the time.
   const glm::dvec3 q = point - view_.aim_m;
   const double r = view_.slant_range_m, along_k = glm::dot(q, frame_.k),
                along_v = glm::dot(q, frame_.v);

@@ -14,10 +14,10 @@ namespace sarnerf {
 /// Views of a training set, or of part of it.
 using Views = std::span<const PosedImage* const>;
 
-/// All training views, after a look at each: throws as interpolate_view() does for them.
+/// All training views, each checked: throws as interpolate_view() does for them.
 std::vector<const PosedImage*> checked_views(std::span<const PosedImage> training);
 
-/// A training view and its share in a prediction; shares add up to 1.
+/// A training view and its weight in a prediction. Weights add up to 1.
 struct Neighbour {
   const PosedImage* view;
   double weight;
@@ -25,41 +25,41 @@ struct Neighbour {
 
 /// Views of nearly equal incidence.
 struct Pitch {
-  double incidence_rad = 0.0;  ///< mean of the views'
+  double incidence_rad = 0.0;  ///< mean over the views
   std::vector<const PosedImage*> views;
 };
 
 /// The views grouped by incidence, smallest first. Within a pitch they keep their order.
 std::vector<Pitch> pitches(Views training);
 
-/// The view whose line of sight is nearest to the wanted one; of equals the first.
+/// The view whose line of sight is nearest to the wanted one; the first of equally near ones.
 Neighbour nearest_view(Views training, const Acquisition& wanted);
 
-/// The next view on each side in azimuth, around the circle, with weights that are linear in azimuth. One alone
-/// where a view stands at the wanted azimuth or there is only one. Of several at one azimuth the one nearest in
-/// incidence, of equals the first.
+/// The next view on each side in azimuth, around the circle, with weights that are linear in azimuth. A single view if
+/// one has the wanted azimuth or there is only one. Of several at one azimuth, the one nearest in incidence; of equally
+/// near ones, the first.
 std::vector<Neighbour> azimuth_neighbours(const Pitch& pitch, const Acquisition& wanted);
 
-/// The six views nearest in azimuth, on whatever side, or all where there are fewer, with equal weights. Of equally near
-/// ones those nearest in incidence, of equals the first.
+/// The six views nearest in azimuth, on either side, or all if there are fewer, with equal weights. Of equally near
+/// ones, those nearest in incidence; of equals, the first.
 std::vector<Neighbour> nearest_azimuths(const Pitch& pitch, const Acquisition& wanted);
 
-/// The pitch nearest in incidence; of equals the smaller.
+/// The pitch nearest in incidence; of equally near ones, the smaller.
 const Pitch& nearest_pitch(std::span<const Pitch> all, double incidence_rad);
 
-/// The neighbours that `of_pitch` finds at the pitches below and above, with weights that are linear in incidence too;
-/// of the border's alone beyond it.
+/// The neighbours that `of_pitch` finds at the pitches below and above, with weights that are linear in incidence too.
+/// Beyond the outermost pitch, the neighbours at that pitch alone.
 std::vector<Neighbour> neighbours_of_two_pitches(
     std::span<const Pitch> all, const Acquisition& wanted,
     std::vector<Neighbour> (*of_pitch)(const Pitch&, const Acquisition&));
 
-/// What is done to a training image before it counts.
+/// How a training image is warped before it is averaged.
 enum class Warp { none, rescale, turn };
 
 /// A training image on the grid of the wanted view, looked up pixel by pixel. See interpolate_view().
 class WarpedView {
  public:
-  /// Both must outlive it.
+  /// `image` and `wanted` must outlive the object.
   WarpedView(const PosedImage& image, const Acquisition& wanted, Warp warp, double plane_height_m);
 
   double value(int i, int j) const;
@@ -81,10 +81,10 @@ class WarpedView {
 /// √P, and 0 for powers below zero.
 Image<float> amplitude_of(const Image<float>& power);
 
-/// What is averaged, and comes out.
+/// The quantity that is averaged and returned.
 enum class Average { power, amplitude };
 
-/// interpolate_view() between views that were checked, which may be a part of the training set.
+/// interpolate_view() between checked views, which may be a part of the training set.
 Image<float> interpolate_between(Views training, const Acquisition& wanted, Interpolation method,
                                  double plane_height_m, Average average = Average::power);
 
@@ -92,17 +92,17 @@ Image<float> interpolate_between(Views training, const Acquisition& wanted, Inte
 Image<float> weighted_mean(std::span<const Neighbour> neighbours, const Acquisition& wanted,
                            Warp warp, double plane_height_m, Average average = Average::power);
 
-/// Judges a way to predict views by training images alone: up to twelve of them, spread over the set, are predicted
+/// Leave-one-out cross-validation on the training images: up to twelve of them, spread over the set, are each predicted
 /// from all others.
 class LeaveOneOut {
  public:
-  /// Views and monitor must outlive it.
+  /// Views and monitor must outlive the object.
   LeaveOneOut(Views views, const Monitor& monitor);
 
-  /// Whether there is anything to judge by: two views, and some power in them.
+  /// Whether validation is possible: at least two views, and some power in them.
   bool possible() const { return views_.size() > 1 && peak_ > 0.0; }
 
-  /// The image of a view, of the views that remain.
+  /// Predicts the image of a view from the remaining views.
   using Predict = std::function<Image<float>(Views others, const Acquisition& wanted)>;
 
   /// Mean PSNR of power (dB), at most 100 for a view so that duplicates do not decide. Throws Interrupted when the

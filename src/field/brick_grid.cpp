@@ -14,7 +14,7 @@ namespace sarnerf {
 
 namespace {
 
-/// Neighbouring tiles differ in low bits only; multiplication carries them up, the shift back down.
+/// Neighbouring tiles differ in low bits only. Multiplication carries them to the high bits, the shifts back down.
 std::size_t hash(const glm::ivec3& tile) {
   std::uint64_t h = static_cast<std::uint32_t>(tile.x) * 0x9e3779b97f4a7c15ull;
   h = (h ^ (h >> 32) ^ static_cast<std::uint32_t>(tile.y)) * 0xbf58476d1ce4e5b9ull;

@@ -50,7 +50,7 @@ inline void check_channels(int n_grid_channels, const FieldChannels& channels) {
   }
 }
 
-/// Throws UsageError unless channels are those of the grid, and arrays are as long as the points.
+/// Throws UsageError unless the channels are those of the grid and the arrays are as long as the points.
 template <class T>
 void check_field(int n_grid_channels, const FieldChannels& channels, const RayDirections& rays,
                  std::size_t n_points, const FieldPoints<T>& points) {

@@ -11,11 +11,11 @@
 namespace sarnerf {
 namespace {
 
-/// Points whose interpolated channels stay in the first level cache between the two steps.
+/// Points of a block: its interpolated channels stay in the first level cache between the two steps.
 constexpr std::size_t kBlockPoints = 256;
 
 /// Calls visit(direction of the ray, first, end) for the parts of [first, end) that lie on one ray.
-/// `ray` is that of the last part, for the next block to begin with.
+/// `ray` is updated to the ray of the last part, from which the next block continues.
 template <class Visit>
 void for_each_ray(const RayDirections& rays, std::size_t first, std::size_t end, std::size_t& ray,
                   Visit&& visit) {
@@ -33,7 +33,7 @@ float cosine_brightness(const float* c, const glm::vec3& d) {
   const glm::vec3 normal(c[1], c[2], c[3]);
   const float length = glm::length(normal);
   const float cosine = length > 0.0f ? std::min(1.0f, std::abs(glm::dot(normal, d)) / length) : 0.0f;
-  // Interpolation of equal exponents returns them up to rounding.
+  // Interpolation of equal exponents is exact up to rounding only.
   constexpr float kNear = 1e-5f;
   if (std::abs(exponent - 1.0f) < kNear) return gamma0 * cosine;
   if (std::abs(exponent - 2.0f) < kNear) return gamma0 * cosine * cosine;
@@ -52,7 +52,7 @@ FieldSampler::FieldSampler(const BrickView<const float>& grid, const FieldChanne
 void FieldSampler::sample(std::span<const PointsOfRay> rays, std::span<const glm::vec3> points_m,
                           const FieldPoints<float>& out) {
   const auto n_channels = static_cast<std::size_t>(channels_.count());
-  std::size_t ray = 0, taken = 0;  // points of this ray that lie in former blocks
+  std::size_t ray = 0, taken = 0;  // taken: points of this ray that are done
   for (std::size_t begin = 0; begin < points_m.size(); begin += kBlockPoints) {
     const std::size_t n = std::min(kBlockPoints, points_m.size() - begin);
     trilinear_.sample(points_m.subspan(begin, n), {samples_.data(), n * n_channels});
@@ -96,7 +96,7 @@ void FieldSampler::combine(const glm::vec3& d, std::size_t first, std::size_t n_
   each([&](const float* c) {
     float sum = 0.0f;
     for (std::size_t m = 0; m < n_coefficients; ++m) sum += c[m] * y[m];
-    // Large coefficients may add up to more than float32 holds, and 0 times infinity is no power.
+    // Large coefficients may add up to more than float32 holds; a transmittance of 0 times infinity would be NaN.
     return std::min(std::max(0.0f, sum), std::numeric_limits<float>::max());
   });
 }

@@ -10,7 +10,7 @@
 namespace sarnerf::oracle {
 namespace {
 
-/// Calls visit(weight, channels of the voxel) for the corners of a point's cell that exist. Points must be
+/// Calls visit(weight, channels of the voxel) for the corners of a point's cell that lie in bricks. Points must be
 /// finite and within 2³¹ voxels.
 template <class T, class Visit>
 void for_each_corner(const BrickView<T>& grid, const glm::dvec3& point_m, Visit&& visit) {

@@ -16,15 +16,15 @@ namespace sarnerf {
 
 namespace {
 
-/// Cells of eight voxels around a block of points: the lowest of the eight, and where in the cell the
-/// point lies. An array per number, so that the loops that fill them are vectorised.
+/// Cells of eight voxels around a block of points: the lowest of the eight, and the point's position within
+/// the cell. Each component has its own array, so that the loops that fill them are vectorised.
 struct Cells {
   static constexpr std::size_t kCapacity = 128;
   std::array<int, kCapacity> voxel[3];
   std::array<float, kCapacity> fraction[3];
 };
 
-/// One coordinate of the cells. Points that are not finite or beyond reach get a cell beyond reach, where no
+/// One coordinate of the cells. Points that are not finite or too far away get a cell beyond kMaxBrick, where no
 /// brick can be.
 inline void find_cells_along(double origin_m, double voxels_per_m,
                              const float* __restrict coordinate_m, std::size_t n_points,
@@ -32,8 +32,8 @@ inline void find_cells_along(double origin_m, double voxels_per_m,
   constexpr double kBeyond = 8.0 * (kMaxBrick + 2);
   for (std::size_t n = 0; n < n_points; ++n) {
     const double exact = (static_cast<double>(coordinate_m[n]) - origin_m) * voxels_per_m;
-    const double index = std::abs(exact) < kBeyond ? exact : kBeyond;  // NaN, too, is beyond
-    // std::floor, which is a call on processors before SSE 4.1 and keeps the loop from being vectorised:
+    const double index = std::abs(exact) < kBeyond ? exact : kBeyond;  // also for NaN
+    // Replaces std::floor, which is a call on processors before SSE 4.1 and prevents vectorisation of the loop:
     // adding 1.5 · 2⁵² rounds to the nearest integer.
     const double nearest = (index + 0x1.8p52) - 0x1.8p52;
     const double low = index < nearest ? nearest - 1.0 : nearest;
@@ -57,25 +57,24 @@ inline void find_cells(const GridTransform& transform, std::span<const glm::vec3
   }
 }
 
-/// Weights of the four pairs of corners that differ in z; each pair lies side by side in memory.
+/// Weights of the four pairs of corners; the two of a pair differ in z and are adjacent in memory.
 std::array<float, 4> pair_weights(const glm::vec3& f) {
   const float x0 = 1.0f - f.x, y0 = 1.0f - f.y;
   return {x0 * y0, x0 * f.y, f.x * y0, f.x * f.y};
 }
 
-/// Sides on which a cell reaches into the next brick, as bits of a place in BrickTopology::Neighbours.
+/// Sides on which a cell reaches into the next brick, as bits of an index into BrickTopology::Neighbours.
 int crossed_sides(const glm::ivec3& voxel) {
   return ((voxel.x & 7) == 7) * 4 + ((voxel.y & 7) == 7) * 2 + ((voxel.z & 7) == 7);
 }
 
-/// Voxels from the beginning of its brick to corner n of a cell, z in the lowest bit of n.
+/// Offset in its brick of corner n of a cell; z is the lowest bit of n.
 int corner_offset(const glm::ivec3& voxel, int n) {
   return offset_in_brick({voxel.x + (n >> 2), voxel.y + (n >> 1 & 1), voxel.z + (n & 1)});
 }
 
-/// The first voxels of the four pairs of a cell that does not cross the border in z; `nothing` stands
-/// for voxels of bricks that are not there. Free of branches: which borders are crossed is as good as
-/// random.
+/// The first voxels of the four pairs of a cell that does not cross the border in z; `nothing` replaces
+/// voxels of missing bricks. Free of branches, because the borders that are crossed are unpredictable.
 template <class T>
 [[gnu::always_inline]] inline std::array<T*, 4> pairs_of(const BrickView<T>& grid,
                                                          const BrickTopology::Neighbours& bricks,
@@ -90,7 +89,7 @@ template <class T>
   return pairs;
 }
 
-/// The eight corners of any other cell; null for voxels of bricks that are not there.
+/// The eight corners of any other cell; null for voxels of missing bricks.
 template <class T>
 std::array<T*, 8> corners_of(const BrickView<T>& grid, BrickFinder& finder,
                              const glm::ivec3& voxel) {
@@ -116,26 +115,26 @@ std::array<T*, 8> corners_of(const BrickView<T>& grid, BrickFinder& finder,
   return corners;
 }
 
-/// The same grid, with a number of channels that the compiler knows if kChannels is not 0.
+/// The same grid. If kChannels is not 0, it is the number of channels, which is then known to the compiler.
 template <int kChannels, class T>
 BrickView<T> with_known_channels(BrickView<T> grid) {
   if (kChannels > 0) grid.n_channels = kChannels;
   return grid;
 }
 
-/// Points that are found before the first of them is read or written: few enough for their voxels to stay in the
-/// first level cache.
+/// Points whose voxels are looked up and prefetched before the first is read or written: few enough for the voxels
+/// to stay in the first level cache.
 constexpr std::size_t kBlockPoints = 32;
 
-/// Where the voxels around a point are.
+/// The voxels around a point.
 template <class T>
 struct Place {
   std::array<T*, 8> voxels;  ///< four pairs, or eight corners; corners without a brick are null
   bool in_pairs;
 };
 
-/// Asks for the values of one or two voxels to be fetched while others are worked on: which bricks a ray meets
-/// next no processor guesses, and waiting for each in turn takes as long as everything else.
+/// Prefetches the values of one or two voxels while others are processed. No processor predicts the bricks that a
+/// ray meets next, and waiting for each in turn takes as long as everything else.
 template <class T>
 void prefetch(T* values, std::size_t n) {
   constexpr bool kToWrite = !std::is_const_v<T>;
@@ -143,7 +142,7 @@ void prefetch(T* values, std::size_t n) {
   __builtin_prefetch(values + n - 1, kToWrite);
 }
 
-/// Calls visit(place, fraction) for each point in turn; `nothing` stands for two voxels of no brick.
+/// Calls visit(place, fraction) for each point in turn; `nothing` replaces two voxels of a missing brick.
 template <class T, class Visit>
 void for_each_place(const BrickView<T>& grid, BrickFinder& finder, std::span<const glm::vec3> points_m, T* nothing,
                     Visit&& visit) {
@@ -178,14 +177,14 @@ void for_each_place(const BrickView<T>& grid, BrickFinder& finder, std::span<con
   }
 }
 
-/// The four pairs of a place that has them.
+/// The four pairs of a place with `in_pairs`.
 template <class T>
 std::array<T*, 4> pairs(const Place<T>& place) {
   return {place.voxels[0], place.voxels[1], place.voxels[2], place.voxels[3]};
 }
 
-/// kChannels is the number of channels, or 0 if only `n` knows it. Known, and with results in local
-/// arrays that alias nothing, the loops become a few vector instructions.
+/// kChannels is the number of channels, or 0 if it is given by `n` at run time. With a constant number, and with
+/// results in local arrays that alias nothing, the loops become a few vector instructions.
 template <int kChannels>
 void mix_pairs(const std::array<const float*, 4>& pair, const std::array<float, 4>& weight, float z,
                std::size_t n, float* __restrict out) {
@@ -233,7 +232,7 @@ void add_to_pairs(const std::array<float*, 4>& pair, const std::array<float, 4>&
   }
 }
 
-/// Corner n has the weight of its pair times that of its side in z.
+/// The weight of corner n: that of its pair times that of its side in z.
 float corner_weight(const std::array<float, 4>& weight, float z, std::size_t n) {
   return weight[n / 2] * (n % 2 ? z : 1.0f - z);
 }
@@ -283,8 +282,8 @@ void scatter(const BrickView<float>& any_grid, std::span<const glm::vec3> points
   for_each_place(grid, finder, points_m, nowhere.data(), visit);
 }
 
-/// Calls f.operator()<kChannels>() for the numbers of channels that fields have: one or two extinctions
-/// with 1, 4 or 9 harmonics, or an extinction alone.
+/// Calls f.operator()<kChannels>() with the number of channels if it is one of the usual ones (one or two
+/// extinctions with 1, 4 or 9 harmonics, or an extinction alone), else with 0.
 template <class F>
 void with_channels(int n_channels, F&& f) {
   switch (n_channels) {

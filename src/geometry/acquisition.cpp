@@ -33,6 +33,8 @@ void validate(const Acquisition& a) {
   finite(a.slant_range_m, "slant range");
   finite(a.azimuth_spacing_m, "azimuth spacing");
   finite(a.range_spacing_m, "range spacing");
+  finite(a.azimuth_shift_m, "azimuth shift");
+  finite(a.range_shift_m, "range shift");
   for (int axis = 0; axis < 3; ++axis) finite(a.aim_m[axis], "aim point");
   if (a.incidence_rad <= 0.0 || a.incidence_rad >= kPi / 2) {
     fail("incidence (pitch) must lie between 0 and 90 degrees, both excluded; it is " +
@@ -79,8 +81,8 @@ std::optional<glm::ivec2> pixel_of(const Acquisition& a, const RadarPoint& p) {
 }
 
 std::vector<double> plane_offsets_m(const Acquisition& a, double height_m) {
-  // With g the distance along the plane, the difference of g and r sin θ is formed from g² − r² sin² θ, which keeps
-  // large numbers from cancelling.
+  // With g the distance along the plane, g − r sin θ is computed from g² − r² sin² θ, so that no large numbers are
+  // subtracted.
   const double r = a.slant_range_m, aim = r * std::sin(a.incidence_rad);
   const double lift = height_m * (2.0 * a.altitude_m() - height_m);
   std::vector<double> offsets;
@@ -95,7 +97,7 @@ std::vector<double> plane_offsets_m(const Acquisition& a, double height_m) {
 
 double height_over_plane_m(const Acquisition& a, double height_m, double delta, double range_offset_m) {
   const double theta = a.incidence_rad;
-  // H − (r + s) cos(θ + δ), with the difference of cosines as a product.
+  // H − (r + s) cos(θ + δ), with the difference of the cosines of θ and θ + δ as a product.
   return -height_m + 2.0 * a.slant_range_m * std::sin(theta + 0.5 * delta) * std::sin(0.5 * delta) -
          range_offset_m * std::cos(theta + delta);
 }

@@ -13,7 +13,7 @@ constexpr double kGoldenRatio = 0.6180339887498949;
 
 double fractional(double x) { return x - std::floor(x); }
 
-/// Occupied stretches that come within this part of a bin of one another are one.
+/// Occupied intervals with a gap of at most this many bins are merged.
 constexpr double kGap_bins = 1e-4;
 
 struct Comb {
@@ -100,7 +100,7 @@ void AzimuthRows::begin_row(const RayGrid& grid, int row, int n_slices) {
   rows_.push_back({grid.acquisition(), row, grid.fan(), n_slices, batch_.n_rays(), batch_.n_rays()});
 }
 
-/// What is known of rays that have just been added to the batch, the first of which has this number.
+/// Stores slices and lattice positions of the rays that were just added to the batch; `first_ray` is the first one's number.
 void AzimuthRows::set_places(std::span<const MarchRay> rays, std::size_t first_ray) {
   for (std::size_t n = 0; n < rays.size(); ++n) {
     ray_slice_.push_back(static_cast<std::uint32_t>(rays[n].slice));
@@ -122,6 +122,10 @@ void AzimuthRows::march(VolumeMarcher& marcher, const RayGrid& grid, std::span<c
 void AzimuthRows::cut(VolumeMarcher& marcher, const RayGrid& grid, std::span<const MarchRay> rays, double longest_m) {
   const double spacing_m = grid.acquisition().range_spacing_m;
   const BinCut how{longest_m / spacing_m, kGap_bins};
+  const auto add = [&](const MarchRay& ray, double near, double far) {
+    append_bins(batch_, field_.near_bin, grid, ray.along_track_m, ray.k, near,
+                std::min(far, double(grid.acquisition().n_range)), how);
+  };
   coarse_.clear();
   coarse_field_.clear();
   marcher.march(grid, rays, coarse_, coarse_field_);
@@ -134,12 +138,12 @@ void AzimuthRows::cut(VolumeMarcher& marcher, const RayGrid& grid, std::span<con
     double near = coarse_field_.near_bin[begin], far = near;
     for (std::size_t s = begin; s < end; ++s) {
       if (coarse_field_.near_bin[s] > far + kGap_bins) {
-        append_bins(batch_, field_.near_bin, grid, ray.along_track_m, ray.k, near, far, how);
+        add(ray, near, far);
         near = coarse_field_.near_bin[s];
       }
       far = coarse_field_.near_bin[s] + double{coarse_.length_m[s]} / spacing_m;
     }
-    append_bins(batch_, field_.near_bin, grid, ray.along_track_m, ray.k, near, far, how);
+    add(ray, near, far);
     set_places({&ray, 1}, number);
   }
 }
@@ -164,7 +168,8 @@ void AzimuthRows::set_field(std::span<const float> extinction_per_m, std::span<c
   field_.source.assign(source.begin(), source.end());
 }
 
-/// Rays and segments of a row, as the integrators take them: ray_begin counts from the batch's first segment.
+/// A row's rays, with the segments of the whole batch, as the integrators take them: ray_begin counts from the batch's first
+/// segment.
 SegmentSpans<float> AzimuthRows::segments(const Row& row) const {
   SegmentSpans<float> s = spans(batch_);
   s.ray_begin = s.ray_begin.subspan(row.first_ray, row.end_ray - row.first_ray + 1);
@@ -177,7 +182,7 @@ void AzimuthRows::emit(SourceBasis basis, Integrator integrator, std::size_t fir
                 first, end);
 }
 
-/// The lattice of all of a row's rays, with their emissions; rays and segments are counted from the row's first.
+/// Makes the lattice of all rays of a row and computes their emissions; rays and segments are counted from the row's first.
 void AzimuthRows::make_lattice(const Row& row, SourceBasis basis, Integrator integrator) {
   lattice_.begin(static_cast<std::size_t>(row.n_slices),
                  std::vector<bool>(static_cast<std::size_t>(row.fan.n_elevation), true));
@@ -223,7 +228,7 @@ void AzimuthRows::integrate_adjoint(const Row& row, SourceBasis basis, Integrato
                                bin_gradients, gradients);
     return;
   }
-  // Each segment has a bin of its own, whose derivative is the mean of those that its trapezoid covers.
+  // Give each segment a bin of its own. Its derivative is the mean over the bins that the segment's trapezoid covers.
   make_lattice(row, basis, integrator);
   const std::size_t begin = first_segment(row);
   segment_gradients_.assign(n_segments(), 0.0);

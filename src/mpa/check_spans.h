@@ -16,7 +16,7 @@ inline void expect_length(std::size_t found, std::size_t expected, const char* w
   }
 }
 
-/// Throws UsageError unless the arrays belong together. Costs a look at every ray, none at segments.
+/// Throws UsageError unless the arrays fit together. Cost: one pass over the rays, none over the segments.
 template <class T>
 void check_segments(const SegmentSpans<T>& segments, const FieldSamples<T>& field) {
   const std::size_t n_rays = segments.ray_row.size();
@@ -28,7 +28,7 @@ void check_segments(const SegmentSpans<T>& segments, const FieldSamples<T>& fiel
   if (!field.extinction_back_per_m.empty()) {
     expect_length(field.extinction_back_per_m.size(), n_segments, "extinction_back_per_m");
   }
-  // Rays may be a part of those that share the segments' arrays.
+  // The rays may be a subset of those whose segments the arrays hold.
   if (segments.ray_begin.back() > n_segments) {
     throw UsageError("integrate: ray_begin ends at segment " +
                      std::to_string(segments.ray_begin.back()) + " of " +
@@ -39,7 +39,7 @@ void check_segments(const SegmentSpans<T>& segments, const FieldSamples<T>& fiel
   }
 }
 
-/// The same, and every ray's row must lie in the image. The kernels treat a bin beyond it as kNoBin.
+/// The same; in addition every ray's row must lie in the image. The kernels treat a bin beyond it as kNoBin.
 template <class T>
 void check_spans(const SegmentSpans<T>& segments, const FieldSamples<T>& field, int n_range,
                  std::size_t n_pixels) {

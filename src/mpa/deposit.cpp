@@ -8,10 +8,10 @@ namespace sarnerf {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::infinity();
-/// Rays that emit less than this part of a neighbour's power say nothing about its surface.
+/// A neighbour that emits less than this fraction of a ray's power is not used for its footprint.
 constexpr double kLeastMass = 1e-2;
-/// Longest step (bins) that one neighbour can vouch for. Longer ones need both to agree within a factor of
-/// two, as they do on a steep surface; else the neighbours see other surfaces.
+/// Longest step (bins) that is accepted from one neighbour alone. Longer steps must agree on both sides within a factor
+/// of two, as they do on a steep surface; otherwise the neighbours see other surfaces.
 constexpr double kLongestLoneStep = 1.0;
 
 RangeSpan span_of_steps(double before, double behind) {
@@ -75,14 +75,15 @@ void FootprintDeposit::emit(const SegmentSpans<float>& segments, const FieldSamp
   }
 }
 
-/// How far (bins) the other ray's centroid lies beyond this one's; infinite if it says nothing.
+/// Distance (bins) from this ray's centroid to the other one's, positive if that is farther; infinite if the other ray emits
+/// too little.
 double FootprintDeposit::step(std::size_t slice, std::size_t place, std::size_t other_slice, std::size_t other_place) const {
   const double own = slices_[slice].mass[place], other = slices_[other_slice].mass[other_place];
   if (!(other > kLeastMass * own)) return kUnknown;
   return slices_[other_slice].centroid[other_place] - slices_[slice].centroid[place];
 }
 
-/// What the ray stands for in its step of k.
+/// Range over which the ray's power is spread by its step of k.
 RangeSpan FootprintDeposit::over_ray(std::size_t slice, std::size_t place) const {
   const std::size_t last = n_places() - 1;
   const double before = place > 0 && consecutive_[place - 1] ? step(slice, place, slice, place - 1) : kUnknown;
@@ -90,7 +91,7 @@ RangeSpan FootprintDeposit::over_ray(std::size_t slice, std::size_t place) const
   return span_of_steps(before, behind);
 }
 
-/// Range (bins) by which its centroid moves over the slice's width.
+/// Range (bins) by which the ray's centroid moves over the slice's width.
 double FootprintDeposit::over_slice(std::size_t slice, std::size_t place) const {
   const double before = slice > 0 ? step(slice, place, slice - 1, place) : kUnknown;
   const double behind = slice + 1 < n_slices_ ? step(slice, place, slice + 1, place) : kUnknown;

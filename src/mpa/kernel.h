@@ -6,9 +6,9 @@
 
 #include "sarnerf/mpa/integrate.h"
 
-/// What crosses from integrate.cpp into the kernels. Kernels are compiled for instruction sets that this
-/// processor may not have, so neither side shares an inline function: the linker keeps one copy of
-/// each, and it might keep the wrong one. Hence plain pointers, and no standard containers.
+/// Interface between integrate.cpp and the kernels. Kernels are compiled for instruction sets that this
+/// processor may not have. The two sides share no inline function, because the linker keeps one copy of
+/// each, and might keep the wrong one. Hence plain pointers, and no standard containers.
 namespace sarnerf {
 
 /// Rays of one call; shapes as in SegmentSpans and FieldSamples.
@@ -32,8 +32,8 @@ struct KernelGradients {
   float* source;
 };
 
-/// Rays are taken in blocks of about this many segments, whose intermediate results stay in the first
-/// level cache; a ray is never split.
+/// Rays are processed in blocks of at most this many segments, whose intermediate results stay in the first
+/// level cache. A ray is never split: a longer one is a block of its own.
 inline constexpr std::size_t kBlockSegments = 512;
 
 /// Intermediate arrays of doubles that a kernel needs, each as long as the longest block.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels, compiled once for each instruction set: kernel_<set>.cpp defines
-// SARNERF_KERNEL_NAMESPACE and includes this file. Only internal linkage but for the two entry points.
+// The kernels, compiled once for each instruction set: kernels.cpp includes this file, and CMake defines
+// SARNERF_KERNEL_NAMESPACE. Everything has internal linkage except the three entry points at the end.
 #pragma once
 
 #include <cstdint>
@@ -8,20 +8,20 @@
 #include "kernel.h"
 #include "sarnerf/mpa/integrate.h"
 
-/// Elementary functions of the kernels. Free of branches and of calls, so that the loops around them
-/// are vectorised; in double, so that neither overflow nor cancellation needs thought; with polynomials
-/// only as long as float32 results need: each is a minimax fit whose relative error is stated, a
-/// hundredth to a tenth of a float32 rounding. Internal linkage: see kernel.h.
+/// Elementary functions of the kernels. They have no branches and no calls, so that the loops around them are
+/// vectorised. They are in double, so that neither overflow nor cancellation is a concern. The polynomials are only
+/// as long as float32 results need: each is a minimax fit whose stated relative error is a hundredth to a tenth of a
+/// float32 rounding. Internal linkage: see kernel.h.
 namespace sarnerf {
 namespace {
 
-/// Optical depth at which a transmittance is 0: the largest product P ℓ of float32 numbers, 1.2e77, times e^−266
-/// is below the smallest normal one. No product on the way there is denormal in double, which would be slow.
+/// Optical depth from which a transmittance is 0: the largest product P ℓ of float32 numbers, 1.2e77, times e^−266
+/// is below the smallest normal float32 number. Up to this depth no product is denormal in double, which would be slow.
 constexpr double kOpaqueDepth = 266.0;
 
 /// e^−x for x ≥ 0, relative error 2.0e-9; exactly 1 at 0, exactly 0 from kOpaqueDepth on.
 inline double exp_minus(double x) {
-  // Adding 1.5 · 2⁵² rounds to an integer, which then stands in the low bits.
+  // Adding 1.5 · 2⁵² rounds to an integer, which is then in the low bits.
   constexpr double kRound = 0x1.8p52;
   constexpr double kLog2OfE = 1.4426950408889634;
   constexpr double kLnOf2 = 0.6931471805599453;
@@ -97,12 +97,11 @@ struct Response {
   double slope;
 };
 
-/// A segment of length ℓ and optical depth x behind the optical depth τ. `kBrightness`: the source is γ
-/// instead of P, x takes the place of ℓ (docs/method/equations.md, E1). Whatever is not asked for, the
-/// compiler drops.
+/// Response of a segment of length ℓ and optical depth x behind the optical depth τ. `kBrightness`: the source is γ
+/// instead of P, and x replaces ℓ (docs/method/equations.md, E1). The compiler removes a result that is not used.
 ///
-/// Differences of transmittances are taken where they do not cancel, polynomials where they would; the
-/// discarded one may overflow. x² cannot: x < 10⁷⁷ for all float32 lengths and extinctions.
+/// Thick segments take differences of transmittances. Thin ones, where these would cancel, take polynomials. Both are
+/// computed, and the discarded one may overflow. x² cannot: x < 10⁷⁸ for all float32 lengths and extinctions.
 template <Integrator kIntegrator, bool kBrightness>
 inline Response respond(double l, double x, double tau) {
   if constexpr (kIntegrator == Integrator::exact) {
@@ -149,14 +148,14 @@ namespace {
 
 constexpr float kLargestFloat = 3.402823466e38f;
 
-/// Gradients that float32 cannot hold saturate: an infinite one would poison the optimiser's state.
+/// Clamps a gradient to the range of float32: an infinite one would corrupt the optimiser's state.
 inline float saturate(double value) {
   constexpr double kLargest = kLargestFloat;
   const double below = value < kLargest ? value : kLargest;
   return static_cast<float>(below > -kLargest ? below : -kLargest);
 }
 
-/// x = ℓ (κ⁺ + κ⁻): exact in double, and beyond the range of float32 where need be.
+/// x = ℓ (κ⁺ + κ⁻) in double: exact for one extinction, and not limited to the range of float32.
 void optical_depths(const float* __restrict l, const float* __restrict kappa_forth,
                     const float* __restrict kappa_back, std::size_t n, double* __restrict x) {
   if (kappa_back) {
@@ -168,8 +167,8 @@ void optical_depths(const float* __restrict l, const float* __restrict kappa_for
   }
 }
 
-/// τ_s = Σ_{s′<s} x_{s′}. By fours: the chain of additions that depend on each other is what limits this
-/// loop, and is a quarter as long. The order is fixed, so every instruction set gives the same bits.
+/// τ_s = Σ_{s′<s} x_{s′}, four at a time: the chain of dependent additions limits this loop, and is a quarter as
+/// long. The order is fixed, so every instruction set gives the same bits.
 void sums_before(const double* __restrict x, std::size_t n, double* __restrict tau) {
   double sum = 0.0;
   std::size_t s = 0;
@@ -188,7 +187,7 @@ void sums_before(const double* __restrict x, std::size_t n, double* __restrict t
   }
 }
 
-/// In place: q_s becomes Σ_{s′>s} q_{s′}. By fours as in sums_before().
+/// In place: q_s becomes Σ_{s′>s} q_{s′}, four at a time as in sums_before().
 void sums_behind(std::size_t n, double* q) {
   double sum = 0.0;
   std::size_t s = n;
@@ -216,7 +215,7 @@ std::size_t block_end(const KernelInput& in, std::size_t ray) {
   return end;
 }
 
-/// Optical depths of a block's segments and of what lies before each.
+/// Optical depth x of each segment of a block, and optical depth τ of the segments before it on its ray.
 void block_depths(const KernelInput& in, std::size_t ray, std::size_t end_ray, double* x,
                   double* tau) {
   const std::size_t begin = in.ray_begin[ray], n = in.ray_begin[end_ray] - begin;
@@ -268,7 +267,7 @@ struct PixelSink {
   }
 };
 
-/// Leaves contributions as they are.
+/// Writes contributions to an array of segments.
 struct SegmentSink {
   const KernelInput& in;
   double* contributions;
@@ -278,7 +277,7 @@ struct SegmentSink {
   }
 };
 
-/// In: pixel gradients g, depths x and τ. Out: x holds g ∂c/∂x, τ holds g c, and ∂L/∂source is done.
+/// In: pixel gradients g, depths x and τ. Out: x holds g ∂c/∂x, τ holds g c, and `by_source` ∂L/∂source.
 template <Integrator kIntegrator, bool kBrightness>
 void local_gradients(const float* __restrict l, const float* __restrict source,
                      const double* __restrict g, std::size_t n, double* __restrict x,

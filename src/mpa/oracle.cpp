@@ -23,7 +23,7 @@ Response weight(Integrator integrator, double x) {
     case Integrator::exact: {
       if (x == 0.0) return {1.0, -0.5};
       const double w = -std::expm1(-x) / x;
-      // (e − w)/x cancels for small x; its series, which converges faster than it is cut off.
+      // (e − w)/x cancels for small x. There its series is used, with more terms than double precision needs.
       if (x < 0.5) {
         double slope = 0.0;
         double power = 1.0;  // (−x)ⁿ / n!
@@ -45,7 +45,7 @@ Response weight(Integrator integrator, double x) {
       if (x == 0.0) return {1.0, -1.0};
       const double tanh_x = std::tanh(x);
       const double h = tanh_x / x;
-      // h′ = (sech² − h)/x; near 0 its Taylor series, cut where it is still exact to rounding.
+      // h′ = (sech² − h)/x. Near 0 its Taylor series is used, with enough terms to be exact to rounding.
       const double h_slope = x < 0.01
                                  ? x * (-2.0 / 3.0 + x * x * (8.0 / 15.0 - x * x * 34.0 / 105.0))
                                  : (1.0 - tanh_x * tanh_x - h) / x;
@@ -55,7 +55,7 @@ Response weight(Integrator integrator, double x) {
   return {};
 }
 
-/// x w(x) of c = γ T x w, and its derivative; written out so that nothing overflows for large x.
+/// x w(x) of c = γ T x w, and its derivative. Written out so that nothing overflows for large x.
 Response absorptance(Integrator integrator, double x) {
   const double e = std::exp(-x);
   switch (integrator) {
@@ -75,7 +75,7 @@ Response absorptance(Integrator integrator, double x) {
   return {};
 }
 
-/// Sum whose rounding does not grow with its length (Neumaier's): rays may have thousands of segments.
+/// Neumaier's compensated sum, whose rounding error does not grow with its length: rays may have thousands of segments.
 class CompensatedSum {
  public:
   void add(double term) {
@@ -89,7 +89,7 @@ class CompensatedSum {
   double sum_ = 0.0, lost_ = 0.0;
 };
 
-/// Everything that one segment needs, from the arrays.
+/// Values and derivatives of one segment, from the arrays.
 struct Segment {
   double length_m;
   double depth;            ///< x = ℓ (κ⁺ + κ⁻)

@@ -15,8 +15,8 @@ namespace sarnerf {
 
 namespace {
 
-/// A walk along a straight line through cubes of cells whose size may change from step to step. Which
-/// cube comes next is decided by integers, so that rounding can neither skip one nor stand still.
+/// A walk along a straight line through cubes of cells whose size may change from step to step. The next
+/// cube is found with integers, so that rounding can neither skip a cube nor stop the walk.
 class CellWalk {
  public:
   /// Position in units of cells is start + s · step, with s the range offset (m).
@@ -24,7 +24,7 @@ class CellWalk {
   CellWalk(const glm::dvec3& start, const glm::dvec3& step, double s) : start_(start), step_(step) {
     cell_ = whole_below(start_ + s * step_);
     for (int axis = 0; axis < 3; ++axis) {
-      // A ray that runs along the faces of cells never leaves through them.
+      // A ray parallel to faces of cells never leaves through them.
       if (step_[axis] == 0.0) step_[axis] = 1e-30;
       inverse_[axis] = 1.0 / step_[axis];
       forward_[axis] = step_[axis] > 0.0 ? 1 : 0;
@@ -33,8 +33,8 @@ class CellWalk {
 
   const glm::ivec3& cell() const { return cell_; }
 
-  /// Leaves the cube of `side` cells (a power of two) that holds the present one; returns s there. Free of
-  /// branches where it can be: which side comes next is as good as random.
+  /// Leaves the cube of `side` cells (a power of two) that holds the present one; returns s there. Avoids
+  /// branches where possible, because the side through which a ray leaves is unpredictable.
   double leave(int side) {
     const glm::ivec3 low = cell_ & glm::ivec3(-side);
     const glm::dvec3 border(low + side * forward_);
@@ -65,16 +65,16 @@ class CellWalk {
   glm::ivec3 cell_, forward_;
 };
 
-/// Segments that are sampled before the ray is asked whether it ends.
+/// Length of a run, in longest segments. After each run the ray's optical depth is compared with the end depth.
 constexpr double kSegmentsPerRun = 2.0;
 
-/// Longest segments that a ray goes on for behind the bin after the last.
+/// Rays continue for this many longest segments behind the bin after the last.
 constexpr double kSegmentsBeyond = 8.0;
 
-/// Rays that go side by side: enough points a turn to hide how long their voxels take to come from memory.
+/// Rays that are marched together: enough points at a time to hide the latency of fetching their voxels from memory.
 constexpr std::size_t kPacketRays = 16;
 
-/// The borders of range bins, met one after the other.
+/// Steps through the borders of range bins along a ray.
 struct Cuts {
   double spacing_m = 1.0, n_bins = 0.0, shift_m = 0.0;
   double bin = 0.0, next_m = -std::numeric_limits<double>::infinity();
@@ -82,14 +82,14 @@ struct Cuts {
   double coordinate(double s_m) const { return (s_m - shift_m) / spacing_m + 0.5 * n_bins; }
   double border_m(double j) const { return (j - 0.5 * n_bins) * spacing_m + shift_m; }
   void begin_at(double s_m) {
-    // Rounding may put a near end that lies on a border to either side of it.
+    // A near end that lies on a border may be rounded to either side of it.
     bin = std::floor(coordinate(s_m));
     next_m = border_m(bin + 1.0);
     if (next_m <= s_m) next_m = border_m(++bin + 1.0);
   }
 };
 
-/// Appends to an array what the last `n` of another hold, each ray's behind those of the rays before it.
+/// Appends `from` to an array in another order: element s gets index place[s] among the appended ones.
 template <class T>
 void append_sorted(std::vector<T>& to, const std::vector<T>& from, std::span<const std::uint32_t> place) {
   if (from.empty()) return;
@@ -100,12 +100,12 @@ void append_sorted(std::vector<T>& to, const std::vector<T>& from, std::span<con
 
 }  // namespace
 
-/// A ray under way: point at range offset s is start + s · direction.
+/// A ray that is being marched: the point at range offset s is start + s · direction.
 struct VolumeMarcher::Ray {
   glm::dvec3 start_m, direction;
   Cuts cuts;
   CellWalk walk;
-  double s_m = 0.0, end_m = 0.0;  ///< where the walk is, and where it ends
+  double s_m = 0.0, end_m = 0.0;  ///< range offsets of the walk's position and of its end
   RangeInterval run;              ///< occupied and not yet sampled
   glm::ivec3 brick{0x7fffffff};
   std::uint32_t number = kNoBrick;  ///< of that brick
@@ -113,16 +113,16 @@ struct VolumeMarcher::Ray {
   bool ended = false;
 };
 
-/// Rays that go side by side, and their segments in the order in which they are found: those of one ray in the order of
-/// range, those of different rays mixed.
+/// Rays that are marched together, and their segments in the order in which they are found: those of one ray are in the order
+/// of range, those of different rays are mixed.
 struct VolumeMarcher::Packet {
   std::array<Ray, kPacketRays> rays;
   SampleBatch batch;  ///< its rays are not used
   BatchField field;
   std::vector<std::uint32_t> ray_of;    ///< of each segment
-  std::vector<std::uint32_t> place;     ///< of each segment among those of all rays, one ray behind the other
-  std::vector<std::size_t> under_way;   ///< rays whose segments wait to be sampled
-  std::vector<PointsOfRay> waiting;     ///< and how many
+  std::vector<std::uint32_t> place;     ///< of each segment: its index when they are sorted by ray
+  std::vector<std::size_t> under_way;   ///< rays with segments that are not yet sampled
+  std::vector<PointsOfRay> waiting;     ///< directions of those rays, and their numbers of such segments
 };
 
 void BatchField::clear() {
@@ -161,7 +161,7 @@ void VolumeMarcher::begin(const RayGrid& rays, const MarchRay& which, Ray& ray) 
   ray.cuts.n_bins = double(a.n_range);
   ray.cuts.shift_m = a.range_shift_m;
   ray.s_m = which.inside.near_m;
-  // Nothing behind the last bin is seen, but what a ray emits there says how far its neighbours' power reaches.
+  // Segments behind the last bin reach no pixel, but their emission determines the footprints of neighbouring rays.
   ray.end_m = std::min(which.inside.far_m, ray.cuts.border_m(ray.cuts.n_bins + 1.0) + kSegmentsBeyond * longest_m_);
   ray.ended = !(ray.s_m < ray.end_m);
   if (ray.ended) return;
@@ -269,7 +269,7 @@ void VolumeMarcher::march_packet(const RayGrid& rays, std::span<const MarchRay> 
     if (!packet.under_way.empty()) sample(first, packet);
   } while (!packet.under_way.empty());
 
-  // One ray behind the other, as the batch has them.
+  // Sort the segments by ray, as in the batch.
   std::array<std::uint32_t, kPacketRays + 1> next{};
   for (const std::uint32_t r : packet.ray_of) ++next[r + 1];
   for (std::size_t r = 0; r < some.size(); ++r) {
@@ -308,7 +308,7 @@ RangeInterval clip_to_box(const RayGrid& grid, double along_track_m, int k,
     const double to_min = box_from_aim.min[axis] - start[axis];
     const double to_max = box_from_aim.max[axis] - start[axis];
     if (d[axis] == 0.0) {
-      // Parallel to these faces: 0/0 if it lies in one of them, so the quotients below say nothing.
+      // The ray is parallel to these faces. The quotients below would be 0/0 if it lay in one of them.
       if (to_min > 0.0 || to_max < 0.0) return {};
       continue;
     }
@@ -331,7 +331,7 @@ void append_bins(SampleBatch& batch, std::vector<double>& near_bin, const RayGri
                  double near, double far, const BinCut& how) {
   const Acquisition& a = grid.acquisition();
   const double spacing_m = a.range_spacing_m;
-  // Rounding may put an end that lies on a border to either side of it.
+  // An end that lies on a border may be rounded to either side of it.
   const double gap = std::max(how.gap, 1e-12 * (1.0 + std::max(std::abs(near), std::abs(far))));
   if (!(static_cast<double>(batch.n_segments()) + (far - near) * (1.0 + 1.0 / how.longest) + 2.0 <
         static_cast<double>(std::numeric_limits<std::uint32_t>::max()))) {

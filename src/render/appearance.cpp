@@ -29,8 +29,8 @@ Appearance make_appearance(const Material& material, bool two_sided,
   return appearance;
 }
 
-/// Squares that fit between origin and reach: leaves 6 bits of single precision's 24 to place within one (with 4,
-/// the power of a block was 6 % off).
+/// Largest number of squares between origin and reach. Of single precision's 24 bits it leaves 6 for the position
+/// within a square (with 4, the power of a block was 6 % off).
 constexpr double kMostSquares = 1 << 18;
 
 glm::dvec3 modulo_two(const glm::dvec3& v) { return v - 2.0 * glm::floor(0.5 * v); }
@@ -69,16 +69,16 @@ AppearanceTable make_appearances(const Scene& scene, const std::vector<std::uint
   for (const std::uint32_t triangle : triangles) {
     const std::uint32_t material = scene.mesh.material[triangle];
     const Piece& piece = scene.pieces[scene.mesh.piece[triangle]];
-    // Only textures tell objects apart.
+    // Appearance depends on the object only through a texture.
     const bool textured = scene.materials[material].texture.kind != Texture::Kind::none;
     const std::tuple key{material, textured ? piece.object : 0u, !piece.closed};
     auto found = known.find(key);
     if (found == known.end()) {
-      if (table.appearances.size() >= 65535) {
+      if (table.training_images.size() >= 65535) {
         throw UsageError("the scene has more than 65,535 combinations of material and object");
       }
-      found = known.emplace(key, static_cast<std::uint16_t>(table.appearances.size())).first;
-      table.appearances.push_back(make_appearance(scene.materials[material], !piece.closed,
+      found = known.emplace(key, static_cast<std::uint16_t>(table.training_images.size())).first;
+      table.training_images.push_back(make_appearance(scene.materials[material], !piece.closed,
                                                   scene.objects[piece.object].object_from_world,
                                                   scene_origin_m, reach_m));
     }

@@ -24,7 +24,7 @@ double reference_height_m(const Scene& scene) {
 struct ImageExtent {
   double along_m = 0.0;  ///< largest |a|
   double near_m = 0.0;   ///< smallest range offset: the tip of the layover
-  double far_m = 0.0;    ///< largest range offset of matter
+  double far_m = 0.0;    ///< largest range offset of the scene
   double shadow_m = 0.0;  ///< largest range offset of shadow on the reference plane
 };
 
@@ -86,7 +86,7 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   }
   double half_along = 0.0, half_range = 0.0;
   double near_m = std::numeric_limits<double>::infinity(), far_m = -near_m;
-  double nearest_m = near_m;  // slant range of the aim point
+  double nearest_m = near_m;  // smallest slant range of the aim point
   for (const Acquisition& view : views) {
     const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
     half_along = std::max(half_along, e.along_m);
@@ -98,7 +98,7 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   const Acquisition& first = views.front();
   Framing framing;
   framing.n_azimuth = pixels_for(scene, half_along, first.azimuth_spacing_m);
-  // Of a scene close to the radar, the image ends where the radar is: there are no ranges below zero.
+  // For a scene close to the radar, the image ends at the radar: there are no ranges below zero.
   const double most = std::max(1.0, std::ceil(2.0 * nearest_m / first.range_spacing_m) - 1.0);
   framing.n_range = pixels_for(scene, std::min(half_range, nearest_m), first.range_spacing_m);
   const bool cut = framing.n_range > most;

@@ -16,8 +16,8 @@
 
 namespace sarnerf {
 
-/// The rays of one view in the form that tracing and deposit want: float arrays per component, origins
-/// just before the scene's box instead of at the radar, in the scene frame (world axes, origin at
+/// The rays of one view in the form that tracing and deposit use: one array per component. Origins lie just
+/// before the scene's box instead of at the radar, in the scene frame (world axes, origin at
 /// `scene_origin_m`). Made once per view; a slice only adds its along-track offset.
 struct ViewRays {
   ViewRays(const Acquisition& acquisition, const Fan& fan, const glm::dvec3& scene_origin_m,
@@ -45,15 +45,14 @@ struct ViewRays {
   }
 };
 
-/// The scene's box as one radar sees it, to leave out every ray that cannot matter: those that miss
-/// the box, and those that meet only its part beyond the last range bin. Matter nearer than bin 0 is
-/// kept, it casts shadows.
+/// The scene's box as seen in one acquisition. It is used to leave out rays that miss the box, and rays that
+/// meet only its part beyond the last range bin. The part nearer than bin 0 is kept: it casts shadows.
 class VisibleExtent {
  public:
   VisibleExtent(const Acquisition& acquisition, const Box& box);
 
-  /// Range of ray angles (rad) that meet the visible part of the box at along-track coordinates in
-  /// [first, last] (m); empty when none do. Conservative by less than a ray.
+  /// Interval of ray angles (rad) that meet the visible part of the box at along-track coordinates in
+  /// [first, last] (m); empty when none do. Too wide by less than a ray.
   std::optional<std::pair<double, double>> angles(double first_along_m, double last_along_m) const;
 
   /// Along-track extent of the box (m, relative to the aim point).
@@ -67,7 +66,7 @@ class VisibleExtent {
   std::array<glm::dvec3, 8> corners_;  ///< (along h, along v, along k) relative to the aim point
   glm::dvec3 corner_min_{0.0}, corner_max_{0.0};
   std::pair<double, double> range_offsets_m_{0.0, 0.0};
-  double last_depth_m_ = 0.0;  ///< along k, beyond which nothing reaches the last bin
+  double last_depth_m_ = 0.0;  ///< along k; what lies deeper is beyond the last bin
 };
 
 /// Ray indices [first, first + count).
@@ -76,25 +75,25 @@ struct RayRange {
   int count = 0;
 };
 
-/// The rays inside the angles (rad), with one to spare on each side; none without angles.
+/// The rays inside the interval of angles (rad), and one more on each side; none without angles.
 RayRange rays_inside(const Fan& fan, const std::optional<std::pair<double, double>>& angles);
 
-/// Chooses fan and sub-rows for one view and predicts what it will cost; renders nothing. `media_m` is the
+/// Chooses fan and sub-rows for one view and predicts time and memory; renders nothing. `media_m` is the
 /// box of the translucent solids, empty without any.
 ViewPlan plan_view(const Scene& scene, const Box& media_m, const Acquisition& acquisition,
                    const Sampling& sampling);
 
-/// The same for the voxel engine; `scene` has the volume's box instead of a mesh.
+/// The same for the voxel engine. `scene` contains the volume's box instead of a mesh.
 ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisition& acquisition,
                          const Sampling& sampling);
 
-/// What rendering saw of a view whose image is all zero.
+/// What the rays met in a view whose image is all zero.
 struct BlankEvidence {
-  std::uint64_t n_hits = 0;  ///< of opaque faces, or of rays that met a volume
+  std::uint64_t n_hits = 0;  ///< hits on opaque faces, or rays that met a volume
   bool volume = false;       ///< voxels instead of a mesh with materials
 };
 
-/// Why the image is blank, and what to do: one line. A blank image is never silent.
+/// Why the image is blank, and what to do: one line. Every blank image comes with this warning.
 std::string explain_blank(const Scene& scene, const ViewPlan& plan, const BlankEvidence& evidence);
 
 }  // namespace sarnerf

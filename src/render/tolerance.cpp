@@ -14,29 +14,30 @@
 namespace sarnerf {
 namespace {
 
-/// What the automatic sampling of scenes has on average, and the power of the ray spacing or slice width with which
-/// errors fall from there.
+/// Mean error E of the automatic sampling over scenes, and the power of the ray spacing or slice width with which
+/// errors decrease from there.
 constexpr double kAutomaticError = 0.006, kOrder = 1.4;
-/// The first pilot is so much coarser, in both directions, than what scenes need on average. Less so where the
-/// tolerance is coarse itself: hardly converged images say little.
+/// Factor by which the first pilot is coarser, in both directions, than what scenes need on average. It is smaller for
+/// coarse tolerances, because the error of a poorly converged image is hard to estimate.
 double pilot_coarser(double tolerance) { return std::clamp(3.5 * std::pow(0.01 / tolerance, 0.35), 2.0, 3.5); }
-/// Near the tolerance, errors fall the faster the smaller they are: a hardly resolved scene has the power of
-/// one that is lost piece by piece. Measured over 13 scenes from three sides; the spread between scenes is as large,
-/// and two pilots do not know a scene's own power better than this.
+/// Power with which errors decrease near the tolerance. It grows as errors become smaller: a poorly resolved scene has
+/// the power of one that loses whole pieces between rays. Measured over 13 scenes from three sides. The spread between
+/// scenes is as large, and two pilots do not determine a scene's own power better than this.
 double order(double tolerance) { return std::clamp(kOrder - 0.2 * std::log(tolerance / 0.01), 0.9, 2.0); }
-/// What an estimate must keep of the tolerance, since it may be too low itself, and what predictions aim at, so that
-/// they rarely have to be repeated.
+/// Fractions of the tolerance: the largest estimate that is accepted (it may be too low), and the error that predictions
+/// aim at (so that renders rarely have to be repeated).
 constexpr double kSafety = 0.97, kAim = 0.75;
-/// A prediction is trusted over this step of either direction; pilots come closer by the other.
+/// Largest refinement of either direction over which a prediction is trusted, and refinement from pilot to pilot.
 constexpr double kTrustedStep = 9.0, kPilotStep = 3.0;
-/// How much coarser than the pilot either direction may become if the pilot was too fine in it.
+/// Smallest refinement factor of a direction: where the pilot was too fine, the sampling may become this much coarser.
 constexpr double kCoarsest = 0.7;
-/// What missed the tolerance comes again with at least so many times the rays.
+/// A view that missed the tolerance is rendered again with at least this many times the rays.
 constexpr double kLeastGrowth = 1.4;
 constexpr int kMostPilots = 8;
 
-/// A single slice a row says too little about itself, and threes say most: see row_slices.h. Two may both miss
-/// what a wall shows that is nearly parallel to them, and not know it by a factor of eight: not for fine tolerances.
+/// A single slice a row gives a poor error estimate, multiples of three the best: see row_slices.h. Two slices may both
+/// miss a wall that is nearly parallel to them, and underestimate the error by a factor of eight, so that fine
+/// tolerances need three.
 constexpr int kFewestSlices = 2;
 int fewest_slices(double tolerance) { return tolerance < 0.03 ? 3 : kFewestSlices; }
 int more_slices(int n) { return n < 3 ? n + 1 : n + 3; }
@@ -46,28 +47,28 @@ int slices_at_least(double wanted) {
   return n;
 }
 
-/// How much finer either direction should be sampled.
+/// Next sampling relative to the last one.
 struct Refinement {
-  double rays;  ///< times as dense
-  int n_sub_rows;
+  double rays;  ///< factor on the density of rays
+  int n_slices;
 };
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-/// The fewest rays that are expected to have kAim of the tolerance; kFar times as dense if no trusted number of
-/// slices has. Both directions' errors add up in squares; how much of the sum is left to either follows from the
-/// numbers of slices that there are to choose from.
+/// The refinement with the fewest rays whose predicted error is kAim of the tolerance; `rays` is kFar if no trusted number
+/// of slices reaches it. The squares of both directions' errors add up: each candidate number of slices fixes the
+/// along-track part, and the rays must meet what is left for the elevation part.
 Refinement fewest_rays(const ViewPlan& plan, const ErrorEstimate& error, double tolerance) {
   const double aim = kAim * tolerance, p = order(tolerance);
   const bool apart = !std::isnan(error.elevation);
   const double both = apart ? std::hypot(error.elevation, error.along_track) : std::numbers::sqrt2;
   const double elevation = error.relative * (apart ? error.elevation : 1.0) / both;
   const double along_track = error.relative * (apart ? error.along_track : 1.0) / both;
-  const int most = slices_at_least(kTrustedStep * plan.n_sub_rows);
+  const int most = slices_at_least(kTrustedStep * plan.n_slices);
   Refinement best{kFar, most};
   double fewest = kFar;
-  const double wanted = std::max(kCoarsest * plan.n_sub_rows, double(fewest_slices(tolerance)));
+  const double wanted = std::max(kCoarsest * plan.n_slices, double(fewest_slices(tolerance)));
   for (int n = slices_at_least(wanted); n <= most; n = more_slices(n)) {
-    const double slices = double(n) / plan.n_sub_rows, along = along_track * std::pow(slices, -p);
+    const double slices = double(n) / plan.n_slices, along = along_track * std::pow(slices, -p);
     if (!(along < aim)) continue;
     const double rays = std::max({std::pow(elevation / std::sqrt(aim * aim - along * along), 1.0 / p), kCoarsest,
                                   kLeastGrowth / slices});
@@ -80,38 +81,38 @@ Refinement fewest_rays(const ViewPlan& plan, const ErrorEstimate& error, double 
 
 double spacing_m(const ViewPlan& plan) { return plan.fan.step_rad * plan.acquisition.slant_range_m; }
 
-/// What to render after a view that missed the tolerance, and whether that is expected to meet it.
+/// Sampling to render after a view that missed the tolerance, and whether it is expected to meet it.
 struct NextSampling {
   Sampling sampling;
   bool trusted = true;
 };
 
 NextSampling next_sampling(const ViewPlan& plan, const ErrorEstimate& error, double tolerance) {
-  // Of an error that is not known nothing can be predicted.
+  // An unknown error allows no prediction: refine both directions.
   const bool known = !std::isnan(error.relative);
-  Refinement r = known ? fewest_rays(plan, error, tolerance) : Refinement{kFar, slices_at_least(kPilotStep * plan.n_sub_rows)};
+  Refinement r = known ? fewest_rays(plan, error, tolerance) : Refinement{kFar, slices_at_least(kPilotStep * plan.n_slices)};
   NextSampling next;
-  next.trusted = std::max(r.rays, double(r.n_sub_rows) / plan.n_sub_rows) <= kTrustedStep;
+  next.trusted = std::max(r.rays, double(r.n_slices) / plan.n_slices) <= kTrustedStep;
   if (!next.trusted) {
     r.rays = std::min(r.rays, kPilotStep);
-    r.n_sub_rows = std::min(r.n_sub_rows, slices_at_least(kPilotStep * plan.n_sub_rows));
+    r.n_slices = std::min(r.n_slices, slices_at_least(kPilotStep * plan.n_slices));
   }
   next.sampling.integrator = plan.integrator;
   next.sampling.ray_spacing_m = spacing_m(plan) / r.rays;
-  next.sampling.n_sub_rows = r.n_sub_rows;
+  next.sampling.n_slices = r.n_slices;
   return next;
 }
 
-/// Images of more than this error are too little resolved to know it: who asks for a coarser one gets this.
+/// Images of a larger error are too poorly resolved to estimate it: coarser tolerances are replaced by this one.
 constexpr double kCoarsestTolerance = 0.05;
 
-/// The tolerance that views are made to meet.
+/// The tolerance that is used: at most kCoarsestTolerance. Throws UsageError outside (0, 1).
 double checked(double tolerance) {
   if (tolerance > 0.0 && tolerance < 1.0) return std::min(tolerance, kCoarsestTolerance);
   throw UsageError("a tolerance must lie between 0 and 1; it is " + format("%.6g", tolerance));
 }
 
-/// A blank image, whose error is not known either, is no reason to look closer; one of too few rays is.
+/// An image of unknown error passes only if it is blank; otherwise it has too few rays and is refined.
 bool meets(const RenderedView& view, double tolerance) {
   if (!std::isnan(view.error.relative)) return view.error.relative <= kSafety * tolerance;
   return std::ranges::none_of(view.beta0.pixels(), [](float p) { return p > 0.0f; });
@@ -121,7 +122,7 @@ ToleranceStep render_step(const Engine& engine, const ViewPlan& plan, const Moni
   const auto start = std::chrono::steady_clock::now();
   view = engine.render(plan, monitor);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-  return {plan.fan.n_elevation, plan.n_sub_rows, view.error.relative, elapsed.count()};
+  return {plan.fan.n_elevation, plan.n_slices, view.error.relative, elapsed.count()};
 }
 
 }  // namespace
@@ -135,7 +136,7 @@ ToleranceChoice choose_sampling(const Engine& engine, const Acquisition& acquisi
   if (plan.fan.n_elevation == 0) return choice;
   const double finer = std::pow(kAutomaticError / tolerance, 1.0 / kOrder) / pilot_coarser(tolerance);
   choice.sampling.ray_spacing_m = spacing_m(plan) / finer;
-  choice.sampling.n_sub_rows = slices_at_least(plan.n_sub_rows * finer);
+  choice.sampling.n_slices = slices_at_least(plan.n_slices * finer);
   for (int n = 0; n < kMostPilots; ++n) {
     plan = engine.plan(acquisition, choice.sampling);
     plan.error.by_direction = true;

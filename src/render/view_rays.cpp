@@ -10,8 +10,8 @@ namespace sarnerf {
 ViewRays::ViewRays(const Acquisition& acquisition, const Fan& fan, const glm::dvec3& scene_origin_m,
                    std::pair<double, double> range_offsets_m)
     : grid(acquisition, fan) {
-  // A margin keeps origins outside of faces that coincide with the box; a floor keeps them in front of
-  // the radar.
+  // The margin keeps ray origins outside of faces that coincide with the box; the lower limit keeps them from
+  // lying behind the radar.
   const double depth = range_offsets_m.second - range_offsets_m.first;
   const double margin = 1e-3 * depth + 1e-3 * acquisition.range_spacing_m;
   start_offset_m = std::max(range_offsets_m.first - margin, -acquisition.slant_range_m);
@@ -43,8 +43,8 @@ ViewRays::ViewRays(const Acquisition& acquisition, const Fan& fan, const glm::dv
 
 namespace {
 
-/// Points spanning the part of a convex body between two parallel planes, given points spanning the
-/// body. Every edge of the body is among the pairs, and superfluous inner points do no harm.
+/// Points whose convex hull is the part of a convex body between two parallel planes, given points whose hull
+/// is the body. Every edge of the body is among the pairs; superfluous inner points do no harm.
 template <class Points>
 std::vector<glm::dvec3> clip_convex(const Points& points, int axis, double low, double high) {
   std::vector<glm::dvec3> kept;
@@ -96,7 +96,7 @@ std::optional<std::pair<double, double>> VisibleExtent::angles(double first_alon
     points = clip_convex(points, 2, -std::numeric_limits<double>::max(), last_depth_m_);
   }
   if (points.empty()) return std::nullopt;
-  // Angles are ordered as their tangents are; everything lies in front of the radar.
+  // Angles are ordered like their tangents, because everything lies in front of the radar.
   double first = std::numeric_limits<double>::infinity(), last = -first;
   for (const glm::dvec3& p : points) {
     const double tangent = p.y / (acquisition_.slant_range_m + p.z);

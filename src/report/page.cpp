@@ -16,10 +16,10 @@ namespace sarnerf {
 
 namespace {
 
-/// An attribute's name and its value as the reader means it: the writer escapes.
+/// An attribute's name and its unescaped value.
 using HtmlAttribute = std::pair<std::string_view, std::string_view>;
 
-/// Text as HTML and XML show it: clean (see svg.h) and escaped.
+/// Text for HTML and XML: cleaned (clean_text()) and escaped.
 std::string html_text(std::string_view text) { return escaped(clean_text(text)); }
 
 std::string opening(std::string_view name, std::initializer_list<HtmlAttribute> attributes) {
@@ -31,25 +31,25 @@ std::string opening(std::string_view name, std::initializer_list<HtmlAttribute> 
   return out;
 }
 
-/// Writes elements with their ends, so that what is opened is closed: `inner` is markup.
+/// An element with its end tag, so that every opened element is closed. `inner` is markup.
 std::string element(std::string_view name, std::initializer_list<HtmlAttribute> attributes,
                     std::string_view inner) {
   const std::string end = "</" + std::string(name) + ">\n";
   return opening(name, attributes) + '>' + std::string(inner) + end;
 }
 
-/// The same around a text.
+/// The same, around a text.
 std::string text_element(std::string_view name, std::initializer_list<HtmlAttribute> attributes,
                          std::string_view text) {
   return element(name, attributes, html_text(text));
 }
 
-/// An element that has no end in HTML, as <img …/>.
+/// An element without an end tag in HTML, such as <img …/>.
 std::string void_element(std::string_view name, std::initializer_list<HtmlAttribute> attributes) {
   return opening(name, attributes) + "/>\n";
 }
 
-/// Neither < nor & occurs, so that the style sheet is the same in HTML and in XML.
+/// The style sheet. It must contain neither < nor &, so that it is the same in HTML and in XML.
 constexpr std::string_view kStyle = R"(
 :root {
   color-scheme: light dark;
@@ -175,7 +175,7 @@ thead th {
 }
 )";
 
-/// A colour of the plots replaced, wherever it paints.
+/// Style rules that replace a colour of the plots, in fills and strokes.
 std::string repainted(std::string_view from, std::string_view to) {
   std::string rules;
   for (const std::string paints : {"fill", "stroke"}) {
@@ -185,7 +185,7 @@ std::string repainted(std::string_view from, std::string_view to) {
   return rules;
 }
 
-/// The style sheet of a page. Plots keep their palette on dark paper; what is paper, ink or grid in them changes.
+/// The style sheet of a page. On a dark background, plots keep their palette; background, text, axes and grid change.
 std::string page_style() {
   return std::string(kStyle) + "@media screen and (prefers-color-scheme: dark) {\n" +
          "  .plot text { fill: var(--ink); }\n" + repainted(kPaper, "var(--paper)") +
@@ -193,16 +193,16 @@ std::string page_style() {
          repainted(kGridInk, "#2d323a") + repainted(kBorderInk, "var(--rule)") + "}\n";
 }
 
-/// Pictures of up to so many pixels a side are enlarged, and show their pixels as they are.
+/// Pictures of up to this many pixels a side are enlarged without smoothing.
 constexpr int kCoarseSide = 400;
 
-/// Beyond this ratio of its sides a picture is drawn as a bar: in its own shape it would be too thin to see.
+/// A picture with a larger ratio of its sides is drawn as a bar: in its own shape it would be too thin to see.
 constexpr int kSliver = 20;
 
-/// A plot for narrow windows: its text stays legible on a page of 320 pixels, of which margins take 32.
+/// Plots for narrow windows. The text stays legible on a page of 320 pixels, of which margins take 32.
 constexpr double kNarrowText_px = 12.0, kNarrowWidth_px = 320.0, kNarrowHeight_px = 310.0;
 
-/// Pictures are the only thing that this page loads, and only from itself. The style sheet stands in the page.
+/// The page loads only pictures, and only those embedded in it. The style sheet is embedded, too.
 constexpr std::string_view kPolicy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
 
 std::string section_id(std::size_t section) { return "section-" + std::to_string(section); }
@@ -232,7 +232,7 @@ std::string figure(std::string_view name, const std::string& inner, const std::s
   return element("figure", {{"class", name}}, "\n" + inner + below);
 }
 
-/// Turns blocks into HTML in their order; headings are numbered.
+/// Turns blocks into HTML, in order. Headings get numbered ids.
 class BlockWriter {
  public:
   std::string operator()(const PageHeading& heading) {
@@ -284,7 +284,7 @@ class BlockWriter {
       const bool ours = std::ranges::find(table.emphasised, r) != table.emphasised.end();
       rows += element("tr", {{"class", ours ? "ours" : ""}}, cells(table, table.rows[r]));
     }
-    // The caption stands outside of the box that scrolls; folded, it is what opens the table.
+    // The caption is outside of the scrolling box. It opens a folded table.
     const std::string html =
         scrolling(element("table", {},
                           "\n" + element("thead", {}, element("tr", {}, headings)) +
@@ -366,7 +366,7 @@ class BlockWriter {
     return out;
   }
 
-  /// A box that scrolls when its table is wider than the page; with the keyboard, too.
+  /// A box that scrolls, also with the keyboard, when its table is wider than the page.
   static std::string scrolling(const std::string& table, const std::string& caption) {
     return element("div",
                    {{"class", "scroll"},

@@ -15,8 +15,8 @@ namespace sarnerf {
 
 namespace {
 
-/// Okabe and Ito's colours in an order that keeps neighbours apart. Their yellow vanishes on white: grey
-/// instead. Their black is for what is emphasised.
+/// Okabe and Ito's colours, in an order in which neighbours differ clearly. Grey replaces their yellow, which
+/// is hard to see on white. Their black is for emphasised series.
 constexpr std::array<std::string_view, 7> kPalette{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                                    "#e69f00", "#56b4e9", "#777777"};
 
@@ -24,7 +24,7 @@ constexpr std::array<PlotMarker, 8> kMarkers{
     PlotMarker::circle,        PlotMarker::square,   PlotMarker::triangle, PlotMarker::diamond,
     PlotMarker::triangle_down, PlotMarker::pentagon, PlotMarker::cross,    PlotMarker::plus};
 
-/// A line with more points than this is a curve: markers would only hide it.
+/// A line with more points is drawn as a curve without markers, which would hide it.
 constexpr std::size_t kMostMarkedPoints = 60;
 
 std::string polygon(Spot centre, double radius_px, int corners, double first_rad) {
@@ -45,7 +45,7 @@ std::string bars(Spot centre, double reach_px, double angle_rad) {
   for (int arm = 0; arm < 4; ++arm) {
     const double angle = angle_rad + 0.5 * std::numbers::pi * arm;
     const double c = std::cos(angle), s = std::sin(angle);
-    // The arm's two outer corners, and the inner one before the next arm.
+    // The arm's two outer corners, then the inner corner before the next arm.
     for (const Spot p : {Spot{reach_px, -half}, Spot{reach_px, half}, Spot{half, half}}) {
       path += path.empty() ? 'M' : 'L';
       path += number(centre.x + c * p.x - s * p.y) + ' ' + number(centre.y + s * p.x + c * p.y);
@@ -58,13 +58,13 @@ std::string bars(Spot centre, double reach_px, double angle_rad) {
 
 std::vector<SeriesStyle> series_styles(const Plot& plot) {
   std::vector<SeriesStyle> styles;
-  std::size_t next_colour = 0, next_shape = 0;  // rings take none, what is emphasised no colour
+  std::size_t next_colour = 0, next_shape = 0;  // rings use neither, emphasised series no colour
   for (const PlotSeries& series : plot.series) {
     SeriesStyle style;
     const bool ring = series.marker == PlotMarker::ring;
     const std::size_t shape = ring ? 0 : next_shape++;
     const std::size_t number = ring || series.emphasised ? 0 : next_colour++;
-    // A negative number finds its place in the palette, too.
+    // The sum maps negative numbers into the palette, too.
     const auto chosen = series.colour ? std::size_t(*series.colour % 7 + 7) : number;
     style.colour = series.emphasised ? kInk : kPalette[chosen % kPalette.size()];
     style.line = series.line;
@@ -117,7 +117,7 @@ std::string marker_paint(const SeriesStyle& style, double unit_px) {
   if (style.marker == PlotMarker::ring) {
     return "fill=\"none\" stroke=\"" + colour + "\" stroke-width=\"" + number(1.5 * unit_px) + '"';
   }
-  // The thin light border keeps markers apart where they crowd.
+  // The thin light border separates overlapping markers.
   return "fill=\"" + colour + "\" stroke=\"" + std::string(kPaper) + "\" stroke-width=\"" +
          number(0.8 * unit_px) + '"';
 }
@@ -134,7 +134,7 @@ std::string line_paint(const SeriesStyle& style, double unit_px) {
 
 namespace {
 
-/// The size below which a frame with its labels leaves no room for data, in text sizes.
+/// Least size of a plot, in text sizes: below it, the labels leave no room for data.
 constexpr double kLeastWidth = 24.0, kLeastHeight = 16.0;
 constexpr double kLeastText_px = 12.0, kLargestSide_px = 16384.0;
 
@@ -192,7 +192,7 @@ void draw_axes(SvgWriter& out, const Frame& frame, double em, double unit_px) {
   out.path(lines, stroke_paint(kInk, 1.1 * unit_px) + " stroke-linecap=\"square\"");
 }
 
-/// The strokes as one path, joined where one begins at the other's end, so that corners and dashes go on.
+/// The strokes as one path. A stroke that begins at the end of the previous one is joined, so that corners and dashes continue.
 std::string joined(const std::vector<Stroke>& strokes) {
   std::string path;
   for (std::size_t s = 0; s < strokes.size(); ++s) {
@@ -227,7 +227,7 @@ void draw_markers(SvgWriter& out, const PlotSeries& series, const SeriesStyle& s
   }
 }
 
-/// Bars under lines under markers; what is emphasised above the rest of its kind, rings above all.
+/// Drawing order: bars, lines, markers; emphasised lines and markers after the others of their kind, rings last.
 void draw_data(SvgWriter& out, const Plot& plot, const std::vector<SeriesStyle>& styles,
                const Frame& frame, double unit_px) {
   for (std::size_t s = 0; s < styles.size(); ++s) {

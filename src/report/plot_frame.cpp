@@ -20,7 +20,7 @@ const std::string kTimesTen =
     "\xC2\xB7"
     "10";  // ·10
 
-/// m × 10^e, correctly rounded wherever 10^|e| is exact: 3 × 10⁻¹ is 0.3 and not 3 × 0.1.
+/// m × 10^e, correctly rounded if 10^|e| is exact: 3 × 10⁻¹ is 0.3, not 3 × 0.1.
 double scaled(double m, int e) { return e < 0 ? m / std::pow(10.0, -e) : m * std::pow(10.0, e); }
 
 std::string superscript(int exponent) {
@@ -55,13 +55,13 @@ struct Place {
   double value() const { return scaled(double(m), e); }
 };
 
-/// Rounding must not cost the tick that lies on a limit.
+/// Whether a value lies within the limits, with a tolerance so that rounding does not drop a tick on a limit.
 bool within(double value, double low, double high) {
   const double slack = 1e-12 * std::max(std::abs(low), std::abs(high));
   return value >= low - slack && value <= high + slack;
 }
 
-/// 1, 2, 5 times 10^e within the limits, or whichever multiples are asked for.
+/// The numbers m × 10^e within the limits, for each m in `of`.
 std::vector<Place> multiples(double low, double high, std::initializer_list<int> of) {
   std::vector<Place> places;
   const int first = int(std::floor(std::log10(low))) - 1,
@@ -74,7 +74,7 @@ std::vector<Place> multiples(double low, double high, std::initializer_list<int>
   return places;
 }
 
-/// Multiples of `step` powers of ten, counted from 10⁰.
+/// Every `step`-th power of ten, counted from 10⁰.
 std::vector<Place> every(const std::vector<Place>& decades, int step) {
   std::vector<Place> kept;
   for (const Place& p : decades) {
@@ -83,7 +83,7 @@ std::vector<Place> every(const std::vector<Place>& decades, int step) {
   return kept;
 }
 
-/// Labels in one way for the whole axis: written out as long as all are short.
+/// All labels of an axis have one form: written out if all are short, else as powers of ten.
 void add_labelled(std::vector<Tick>& ticks, const std::vector<Place>& places) {
   const bool plain = std::all_of(places.begin(), places.end(), [](const Place& p) {
     return p.value() > 0.9e-3 && p.value() < 1.1e4;
@@ -100,12 +100,12 @@ void add_minor(std::vector<Tick>& ticks, const std::vector<Place>& places) {
 }  // namespace
 
 std::vector<Tick> linear_ticks(double low, double high, int most_labels) {
-  // From a step that is certainly too small, upwards.
+  // Starts at a step that is certainly too small.
   int e = int(std::floor(std::log10(high - low))) - 2;
   for (;; ++e) {
     for (const int m : {1, 2, 5}) {
       const double step = scaled(m, e);
-      // Rounding up to a limit's own tick, as within() does.
+      // A tolerance for a tick on a limit, as in within().
       const double slack = 1e-12 * std::max(std::abs(low), std::abs(high)) / step;
       const auto first = (long long)(std::ceil(low / step - slack));
       const auto last = (long long)(std::floor(high / step + slack));
@@ -159,11 +159,11 @@ std::vector<Tick> ticks(AxisScale scale, double low, double high, int most_label
 
 namespace {
 
-/// Beyond, products of values and pixels would leave the finite numbers.
+/// Larger values could overflow when multiplied by pixels.
 constexpr double kLargest = 1e100;
-/// Room beyond the data, as a share of its extent.
+/// Room beyond the data, as a fraction of its extent.
 constexpr double kRoom = 0.04;
-/// The narrowest limits, as a share of the larger: labels then differ within seven digits.
+/// Smallest distance of the limits, as a fraction of the larger one: labels then differ within seven digits.
 constexpr double kNarrowest = 1e-6;
 
 std::string text_of(double value) {
@@ -207,7 +207,7 @@ struct Extent {
 
 AxisRange linear_range(const PlotAxis& axis, Extent data) {
   double low = axis.low.value_or(data.low), high = axis.high.value_or(data.high);
-  // One value alone, or data on the far side of the given limit: some room on the open sides.
+  // A single value, or data beyond the given limit: adds room on the open sides.
   const double least = kNarrowest * std::max(std::abs(low), std::abs(high));
   if (!(high - low > least)) {
     const double room =
@@ -294,9 +294,9 @@ void check_values(const Plot& plot) {
 namespace {
 
 constexpr double kTitleSize = 1.25;
-/// The data's share of the picture's height, at least: long titles push the frame's end down instead.
+/// Least fraction of the picture's height for the data: long titles move the frame's lower end down instead.
 constexpr double kLeastArea = 0.5;
-/// Between axis and label of a tick, beyond the tick.
+/// Distance between a tick and its label.
 constexpr double kTickGap = 0.35;
 
 double widest_label(const std::vector<Tick>& ticks, double size_px) {
@@ -305,7 +305,7 @@ double widest_label(const std::vector<Tick>& ticks, double size_px) {
   return width;
 }
 
-/// Title and subtitle from the top; returns where they end.
+/// Adds title and subtitle from the top; returns y (pixels) below them.
 double add_titles(Frame& frame, const Plot& plot) {
   const double em = plot.text_px, margin = kMargin * em;
   double y = margin;
@@ -328,7 +328,7 @@ double add_titles(Frame& frame, const Plot& plot) {
   return y;
 }
 
-/// As many labelled ticks as stand apart: `extent_px(label)` is what each takes along the axis of
+/// As many labelled ticks as fit without touching. `extent_px(label)` is a label's extent along the axis of
 /// `length_px`.
 template <class Extent>
 std::vector<Tick> ticks_with_room(const AxisRange& range, double length_px, double gap_px,
@@ -372,8 +372,8 @@ Frame frame_of(const Plot& plot, double width_px) {
   frame.area.x0 = margin + double(y_label.size()) * line + tick_text + beside_tick;
   frame.area.x1 = width_px - margin;
   const auto width_of = [&](const std::string& label) { return text_width_px(label, em); };
-  // Labels centred under the outer ticks may reach beyond the picture. Moving the area's edges moves the ticks,
-  // by less, and may leave room for fewer: the second round sees to that.
+  // Labels centred under the outer ticks may reach beyond the picture. Moving the area's edges moves the ticks by
+  // less, and may leave room for fewer: later rounds correct this.
   for (int round = 0; round < 3; ++round) {
     frame.x_ticks = ticks_with_room(frame.x, frame.area.width(), 0.7 * em, width_of);
     const Rect now = frame.area;

@@ -16,7 +16,7 @@ namespace sarnerf {
 
 namespace {
 
-/// The widest legend inside the plot and to its right, as shares of the area's and the picture's width.
+/// The widest legend: inside the plot as a fraction of the area's width, to its right of the picture's width.
 constexpr double kWidestInside = 0.45;
 constexpr double kWidestRight = 0.34;
 
@@ -55,7 +55,7 @@ bool covers_nothing(const Rect& box, const Plot& plot, const Frame& frame,
          });
 }
 
-/// The legend in the first corner where it covers nothing, upper right first.
+/// The legend in the first corner where it covers nothing, beginning with the upper right.
 std::optional<Legend> legend_inside(const Plot& plot, const Frame& frame,
                                     const Obstacles& obstacles) {
   const double em = plot.text_px;
@@ -139,12 +139,12 @@ PlotLayout lay_out(const Plot& plot, const std::vector<SeriesStyle>& styles) {
 
 namespace {
 
-// Shares of the text size.
+// Fractions of the text size.
 constexpr double kPadding = 0.5;
-constexpr double kSample = 2.0;      // length of the piece of line
-constexpr double kSampleGap = 0.55;  // between it and the name
+constexpr double kSample = 2.0;      // length of the sample line
+constexpr double kSampleGap = 0.55;  // between the sample line and the name
 constexpr double kColumnGap = 1.6;
-constexpr double kEntryHeight = 1.45;  // of one line; further lines add kLineHeight
+constexpr double kEntryHeight = 1.45;  // for one line of text; further lines add kLineHeight
 constexpr std::size_t kMostLines = 3;
 
 struct Name {
@@ -216,20 +216,20 @@ constexpr int kDirections = 24;
 constexpr std::array<double, 11> kDistances{0.75, 1.2, 1.8,  2.6,  3.6, 5.0,
                                             7.0,  9.0, 11.0, 14.0, 18.0};
 
-// What covering costs, in text sizes of distance.
+// Cost of covering a marker, line or leader, in text sizes of distance.
 constexpr double kMarkerCost = 12.0;
 constexpr double kStrokeCost = 6.0;
 constexpr double kLeaderCost = 6.0;
-// And what a leader's crossing costs.
+// Cost of a leader that crosses a marker or text.
 constexpr double kMarkerCrossing = 3.0;
 constexpr double kTextCrossing = 8.0;
 
-/// The rectangle's point nearest to `spot`.
+/// The point of the rectangle that is nearest to `spot`.
 Spot nearest(const Rect& rect, Spot spot) {
   return {std::clamp(spot.x, rect.x0, rect.x1), std::clamp(spot.y, rect.y0, rect.y1)};
 }
 
-/// From the point's edge to the note, when they are apart.
+/// The line from the edge of the point's marker to the note, if they are apart.
 std::optional<Stroke> leader_of(const Rect& box, Spot spot, double em) {
   const Spot end = nearest(box, spot);
   const double dx = end.x - spot.x, dy = end.y - spot.y, length = std::hypot(dx, dy);
@@ -238,7 +238,7 @@ std::optional<Stroke> leader_of(const Rect& box, Spot spot, double em) {
   return Stroke{{spot.x + dx * skipped / length, spot.y + dy * skipped / length}, end};
 }
 
-/// Places already given away.
+/// Areas that are already occupied.
 struct Taken {
   std::vector<Rect> boxes;
   std::vector<Stroke> leaders;
@@ -284,11 +284,11 @@ PlacedNotes place_notes(const Plot& plot, const Frame& frame, const Obstacles& o
     double least = 1e300;
     for (const double distance : kDistances) {
       for (int d = 0; d < kDirections; ++d) {
-        // First to the upper right, then around.
+        // Starts at the upper right, then goes around.
         const double angle = 2.0 * std::numbers::pi * (d + 2) / kDirections;
         const double c = std::cos(angle), s = -std::sin(angle);
-        // Beside the point at that distance, whatever the note's size: its centre moves from a
-        // side's middle to a corner with the direction.
+        // The note lies beside the point at that distance, whatever its size. With the direction, the
+        // side of the note that faces the point changes from a side's middle to a corner.
         const Spot centre{
             spot.x + distance * em * c + 0.5 * width * std::clamp(1.6 * c, -1.0, 1.0),
             spot.y + distance * em * s + 0.5 * height * std::clamp(1.6 * s, -1.0, 1.0)};
@@ -312,7 +312,7 @@ PlacedNotes place_notes(const Plot& plot, const Frame& frame, const Obstacles& o
     }
     PlacedNote result{*best, {}, leader_of(*best, spot, em)};
     double baseline = best->y0 + kAscent * em;
-    // Lines lie against the side that faces the point.
+    // Lines are aligned to the side that faces the point.
     const bool leftwards = best->x1<spot.x, rightwards = best->x0> spot.x;
     const Anchor anchor = leftwards ? Anchor::end : rightwards ? Anchor::start : Anchor::middle;
     const double x = leftwards ? best->x1 : rightwards ? best->x0 : 0.5 * (best->x0 + best->x1);

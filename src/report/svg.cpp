@@ -138,7 +138,7 @@ constexpr std::string_view kEllipsis = "\xE2\x80\xA6";     // …
 /// The widest ratio of bold to regular among the letters (that of i and l).
 constexpr double kBoldWidening = 1.24;
 
-/// Widths below are in the units of the font, so that they are exact.
+/// The widths below are exact, in units of the font.
 constexpr double kUnitsPerEm = 2048.0;
 
 /// Advance widths of DejaVu Sans, from the space to the tilde.
@@ -200,7 +200,7 @@ int width_of(std::uint32_t c) {
   return c < 0x2E80 ? 2250 : 2560;
 }
 
-/// Appends "…", taking away characters from the end until the line fits.
+/// Removes characters from the end until the line fits with "…" appended.
 std::string shortened(std::string line, double size_px, double width_px, bool bold) {
   while (!line.empty() && text_width_px(line + std::string(kEllipsis), size_px, bold) > width_px) {
     while ((static_cast<unsigned char>(line.back()) & 0xC0) == 0x80) line.pop_back();
@@ -303,10 +303,10 @@ std::string base64(std::span<const std::byte> bytes) {
 
 namespace {
 
-constexpr double kLargestSide = 32767.0;  // of a cairo surface
+constexpr double kLargestSide = 32767.0;  // limit of a cairo surface
 constexpr double kMostPixels = 256.0 * 1024.0 * 1024.0;
 
-/// What librsvg says went wrong, owned.
+/// Owns the error that librsvg reports.
 class RsvgError {
  public:
   ~RsvgError() { g_clear_error(&error_); }
@@ -331,7 +331,7 @@ void check(cairo_status_t status) {
   }
 }
 
-/// Called through C, so nothing may be thrown.
+/// Called from C: must not throw.
 cairo_status_t append(void* closure, const unsigned char* data, unsigned int length) noexcept try {
   auto& bytes = *static_cast<std::vector<std::byte>*>(closure);
   const auto* first = reinterpret_cast<const std::byte*>(data);

@@ -10,7 +10,7 @@
 
 namespace sarnerf {
 
-/// A place in the picture (pixels), y downwards.
+/// A position in the picture (pixels), y downwards.
 struct Spot {
   double x = 0.0, y = 0.0;
 };
@@ -35,7 +35,7 @@ inline bool overlap(const Rect& a, const Rect& b) {
   return a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1;
 }
 
-/// Cuts a stroke to what lies within the rectangle (Liang and Barsky); false when nothing does.
+/// Clips a stroke to the rectangle (Liang and Barsky); false when no part of it lies within.
 inline bool clip(Stroke& stroke, const Rect& within) {
   const Spot from = stroke.from;
   const double dx = stroke.to.x - from.x, dy = stroke.to.y - from.y;
@@ -61,31 +61,31 @@ inline bool clip(Stroke& stroke, const Rect& within) {
 
 inline bool crosses(Stroke stroke, const Rect& rect) { return clip(stroke, rect); }
 
-/// Heights of a line of text as shares of its size: from the baseline up and down, between lines, and
-/// the height of capitals and digits, by whose middle a line is centred.
+/// Heights of a line of text as fractions of its size: above and below the baseline, between baselines,
+/// and of capitals and digits, whose middle is used to centre a line.
 inline constexpr double kAscent = 0.80;
 inline constexpr double kDescent = 0.24;
 inline constexpr double kLineHeight = 1.3;
 inline constexpr double kCapHeight = 0.73;
 
-/// The text as valid UTF-8 of characters that XML allows: others become U+FFFD, white space a space.
+/// The text as valid UTF-8 of characters that XML allows. Other characters become U+FFFD, white space a space.
 std::string clean_text(std::string_view text);
 
 /// Upper bound of the width (pixels) of a clean text of ordinary characters at `size_px` in DejaVu Sans, the
-/// widest of the fonts that plots name. Exact for ASCII in regular weight but for kerning.
+/// widest of the fonts that plots name. Exact for ASCII in regular weight, except for kerning.
 double text_width_px(std::string_view clean, double size_px, bool bold = false);
 
-/// A clean text in lines of at most `width_px`, broken at spaces and, where a word alone is too long, within
-/// it; at most `max_lines`, the last ending in "…" where text was left out. No lines for an empty text.
+/// Breaks a clean text into lines of at most `width_px`, at spaces and, if a single word is too long, within
+/// it. At most `max_lines`; the last ends in "…" if text was left out. No lines for an empty text.
 std::vector<std::string> wrap_text(std::string_view clean, double size_px, double width_px,
                                    std::size_t max_lines, bool bold = false);
 
-/// Where a text lies relative to its spot.
+/// Which part of a line of text lies at its spot.
 enum class Anchor { start, middle, end };
 
 /// One line of text: its baseline runs through `at`, upwards when `upwards`.
 struct PlacedText {
-  std::string text;  ///< clean (see svg.h), not yet escaped
+  std::string text;  ///< clean (see clean_text()), not yet escaped
   Spot at;
   double size_px = 16.0;
   Anchor anchor = Anchor::start;
@@ -100,7 +100,7 @@ Rect bounds(const PlacedText& text);
 /// A number as SVG text: hundredths of a pixel, no trailing zeros, no minus before zero.
 std::string number(double value);
 
-/// Markup characters of XML replaced by entities.
+/// Replaces the markup characters of XML by entities.
 std::string escaped(std::string_view text);
 
 /// Writes an SVG document piece by piece.
@@ -110,7 +110,7 @@ class SvgWriter {
 
   void rect(const Rect& rect, std::string_view fill, std::string_view stroke = "none",
             double opacity = 1.0);
-  /// `path` in SVG's path language, `paint` further attributes.
+  /// `path` is in SVG's path language; `paint` holds further attributes.
   void path(std::string_view path, std::string_view paint);
   void text(const PlacedText& text);
 
@@ -118,7 +118,7 @@ class SvgWriter {
   void begin_group(std::string_view name);
   void end_group();
 
-  /// Closes the document and hands it over.
+  /// Closes the document and returns it.
   std::string finish();
 
  private:
@@ -130,7 +130,7 @@ class SvgWriter {
 /// "M x y L x y", the stroke as a path.
 std::string path_of(const Stroke& stroke);
 
-/// Bytes as text of letters, digits, + and /, four for every three bytes, padded with = (RFC 4648, section 4).
+/// Base64 text of the bytes: four characters for three bytes, of letters, digits, + and /, padded with = (RFC 4648, section 4).
 std::string base64(std::span<const std::byte> bytes);
 
 }  // namespace sarnerf

@@ -12,7 +12,7 @@ namespace sarnerf {
 
 namespace {
 
-/// A cell's text as Markdown keeps it in its cell.
+/// A cell's text, with bars escaped and line breaks replaced, so that Markdown keeps it in its cell.
 std::string cell(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -22,7 +22,7 @@ std::string cell(const std::string& text) {
   return out;
 }
 
-/// Characters, not bytes: columns line up with × and ° in them.
+/// Length in characters, not bytes, so that columns with × and ° line up.
 std::size_t length(const std::string& text) {
   return std::size_t(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
@@ -45,7 +45,7 @@ std::string markdown_table(const std::vector<TableColumn>& columns,
     for (const std::string& text : rows[r]) line.push_back(cell(text));
   }
 
-  // The rule below the headings needs three characters a column.
+  // The rule below the headings needs three characters in each column.
   std::vector<std::size_t> widths(columns.size(), 3);
   for (const auto& line : lines) {
     for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], length(line[c]));
@@ -70,7 +70,7 @@ std::string markdown_table(const std::vector<TableColumn>& columns,
 
 namespace {
 
-/// The same in every locale.
+/// Formats a number; the result is the same in every locale.
 std::string written(double value, std::chars_format format, int digits) {
   std::array<char, 400> buffer;  // the largest double has 309 digits before the point
   const auto end =
@@ -78,7 +78,7 @@ std::string written(double value, std::chars_format format, int digits) {
   return {buffer.data(), end};
 }
 
-/// A minus as wide as a plus, and none before zero.
+/// Replaces the hyphen by a minus sign as wide as a plus, and removes it before zero.
 std::string with_minus(const std::string& text) {
   if (text[0] != '-') return text;
   const bool zero = text.find_first_not_of("-0.") == std::string::npos;

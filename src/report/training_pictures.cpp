@@ -15,7 +15,7 @@ namespace sarnerf {
 
 namespace {
 
-/// From zero to the limit in equal steps.
+/// Colours at 0, half the limit and the limit.
 constexpr std::array<Colour, 3> kBelow{{{245, 245, 245}, {86, 180, 233}, {10, 72, 150}}};
 constexpr std::array<Colour, 3> kAbove{{{245, 245, 245}, {230, 159, 0}, {148, 40, 0}}};
 
@@ -46,8 +46,8 @@ Image<Colour> signed_colours(const Image<float>& values, float limit) {
 
 namespace {
 
-constexpr int kScaleSteps = 255;       // odd: zero has a step of its own
-constexpr double kShownShare = 0.999;  ///< of the differences within their scale
+constexpr int kScaleSteps = 255;       // odd, so that zero has its own step
+constexpr double kShownShare = 0.999;  ///< fraction of the differences within their scale
 
 std::string size_text(const Image<float>& image) {
   return std::to_string(image.n_azimuth()) + " × " + std::to_string(image.n_range());
@@ -62,10 +62,10 @@ void check(const ReportPictures& pictures) {
                    ", found " + size_text(prediction));
 }
 
-/// Scales shared by all pictures.
+/// Scales common to all pictures.
 struct Scales {
   float white = 0.0f;          ///< power shown white
-  double peak = 0.0;           ///< what differences are relative to
+  double peak = 0.0;           ///< reference of the differences
   double limit_percent = 1.0;  ///< the largest difference shown
   bool peak_of_training = true;
 };
@@ -80,7 +80,7 @@ Image<float> difference_percent(const ReportPictures& pictures, double peak) {
   return difference;
 }
 
-/// The magnitude that `kShownShare` of the pixels do not exceed.
+/// The magnitude that a fraction `kShownShare` of the pixels does not exceed.
 double usual_magnitude(const std::vector<ReportPictures>& all, double peak) {
   std::vector<float> magnitudes;
   for (const ReportPictures& pictures : all) {
@@ -195,18 +195,18 @@ std::vector<PageBlock> picture_blocks(const TrainingReport& report) {
 
 namespace {
 
-/// Curves whose times span more than this are drawn over the logarithm of time.
+/// Curves whose last time exceeds this multiple of the first are drawn over a logarithmic time axis.
 constexpr double kLogSpan = 20.0;
 
-/// Curves of more points have no markers: they only hide them.
+/// Curves of more points have no markers, which would hide the lines.
 constexpr std::size_t kMostMarkedPoints = 25;
 
-/// The grey of the palette: for what only helps to read.
+/// The grey of the palette, for marks that only aid reading.
 constexpr int kGrey = 6;
 
 bool drawable(double value) { return std::isfinite(value) && std::abs(value) < 1e9; }
 
-/// A baseline has one colour in all plots: by its place among the baselines. Others come `after` them.
+/// A baseline has one colour in all plots, given by its index. Other series have number of baselines + `after` as index.
 int colour_of(const TrainingReport& report, const std::string& name, std::size_t after) {
   const auto found = std::ranges::find(report.baselines, name, &ReportMethod::name);
   const auto place = std::size_t(found - report.baselines.begin());
@@ -227,7 +227,7 @@ PlotSeries curve_series(const TrainingReport& report, const ReportCurve& curve, 
   return series;
 }
 
-/// Means over the views of one angle, in its order; bars where more than one view has it.
+/// Means over the views of each angle, in the order of angles; bars where several views have the same angle.
 PlotSeries angle_series(const TrainingReport& report, const ReportMethod& method,
                         double ReportView::*angle, bool with_bars) {
   struct Group {
@@ -255,7 +255,7 @@ PlotSeries angle_series(const TrainingReport& report, const ReportMethod& method
   return series;
 }
 
-/// Marks along the lower border, which the lower limit leaves room for.
+/// Draws marks along the lower border, and lowers the lower limit to make room for them.
 void mark_training_azimuths(const TrainingReport& report, Plot& plot) {
   if (report.training_azimuths_deg.empty()) return;
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -304,7 +304,7 @@ std::optional<PagePlot> angle_plot(const TrainingReport& report, double ReportVi
   ours.emphasised = true;
   plot.series.push_back(ours);
   std::erase_if(plot.series, [](const PlotSeries& series) { return series.points.empty(); });
-  // The model's name comes first in the legend; being emphasised, it is drawn above the others all the same.
+  // The model comes first in the legend. It is emphasised, so it is still drawn above the others.
   std::ranges::rotate(plot.series, plot.series.end() - 1);
   if (angle == &ReportView::azimuth_deg) mark_training_azimuths(report, plot);
 

@@ -179,7 +179,7 @@ std::string training_report_html(const TrainingReport& report) {
 
 namespace {
 
-/// A score and how tables and captions show it.
+/// A score, with its heading and its number of digits in tables.
 struct Column {
   std::optional<double> ReportScores::*score;
   const char* heading;
@@ -197,9 +197,9 @@ constexpr std::array<Column, 11> kColumns{
      {&ReportScores::looks, "looks", 1},
      {&ReportScores::target_iou, "IoU, target", 3},
      {&ReportScores::shadow_iou, "IoU, shadow", 3},
-     {&ReportScores::scatterer_error_m, "scatterers off by (m)", 2}}};
+     {&ReportScores::scatterer_error_m, "scatterer position error (m)", 2}}};
 
-/// The columns of which at least one of the scores has a value.
+/// The columns for which at least one element of `all` has a value.
 std::vector<Column> columns_with_values(const std::vector<const ReportScores*>& all) {
   std::vector<Column> columns;
   for (const Column& column : kColumns) {

@@ -38,7 +38,7 @@ Component component_from_normal(const Mesh& mesh, std::size_t triangle, bool clo
   const glm::uvec3& c = mesh.triangles[triangle];
   const glm::dvec3 area = glm::cross(mesh.vertices_m[c.y] - mesh.vertices_m[c.x],
                                      mesh.vertices_m[c.z] - mesh.vertices_m[c.x]);
-  // A thin shell has two sides, one of which looks up.
+  // A thin shell has two sides, one of which faces up.
   const double up = closed ? area.y : std::abs(area.y);
   return up > glm::length(area) * (0.5 * std::numbers::sqrt2) ? Component::roof : Component::wall;
 }

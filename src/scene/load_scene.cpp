@@ -24,8 +24,8 @@ namespace sarnerf {
 
 namespace {
 
-/// Decides which material of the library covers each face, and collects those in use. Materials that the
-/// user names must exist; names that come with a mesh are looked up, and what is not found is "default".
+/// Assigns a material of the library to each face, and collects those in use. Materials that the user names
+/// must exist; names that come with a mesh are looked up, and unknown ones become "default".
 class MaterialBinding {
  public:
   MaterialBinding(const SceneFile& file, SceneReport& report) : file_(file), report_(report) {}
@@ -82,7 +82,7 @@ std::uint32_t MaterialBinding::resolve(const MeshEntry& entry, const std::string
 }
 
 void MaterialBinding::bind(const MeshEntry& entry, TriangleSoup& soup) {
-  // Few pairs of material and group occur, in long runs.
+  // Few different pairs of material and group occur, in long runs.
   std::unordered_map<std::uint64_t, std::uint32_t> resolved;
   std::vector<std::string> unknown;
   std::set<std::string> names_in_mesh;
@@ -118,7 +118,7 @@ void MaterialBinding::bind(const MeshEntry& entry, TriangleSoup& soup) {
         (present.empty() ? "; the mesh names none" : "; it has: " + listed(present, 10)));
   }
   if (unknown.empty()) return;
-  // Numbers of PLY files would read as counts.
+  // Numeric names from PLY files are quoted; otherwise they would read as counts.
   const auto quoted = [](const std::string& name) {
     return name.find_first_not_of("0123456789") == std::string::npos ? in_quotes(name) : name;
   };
@@ -127,10 +127,10 @@ void MaterialBinding::bind(const MeshEntry& entry, TriangleSoup& soup) {
   std::transform(unknown.begin(), unknown.end(), unknown.begin(), quoted);
   const std::string what = counted(unknown.size(), "material", "materials") + " of " + file +
                            (file_.materials_source.empty()
-                                ? " not among the built-in ones, shown as 'default': "
-                                : " not in " + file_.materials_source + ", shown as 'default': ") +
+                                ? " not among the built-in ones, rendered with the material 'default': "
+                                : " not in " + file_.materials_source + ", rendered with the material 'default': ") +
                            listed(unknown, 10);
-  // Who gave materials meant to name them all.
+  // A user who gave materials probably meant to name them all: a warning instead of a note.
   (file_.materials_source.empty() ? report_.notes : report_.warnings).push_back(what);
 }
 
@@ -142,18 +142,6 @@ double seconds_since(Clock::time_point start) {
 
 bool is_scene_file(const std::filesystem::path& path) {
   return path.extension() == ".json" || path.extension() == ".JSON";
-}
-
-/// An unknown name is the command line's fault and not that of a file.
-void require_ground(const MaterialLibrary& library, const std::string& name) {
-  try {
-    if (!library.require(name, "--ground").opaque) {
-      throw UsageError("--ground: the material " + in_quotes(name) +
-                       " is translucent, and the ground has no far side; choose an opaque one");
-    }
-  } catch (const InputError& error) {
-    throw UsageError(error.what());
-  }
 }
 
 /// A single mesh file is a scene of one entry, described by the options.
@@ -181,7 +169,7 @@ SceneFile describe(const std::filesystem::path& path, const LoadOptions& options
   if (options.ground_material == "none") {
     file.ground.reset();
   } else if (options.ground_material) {
-    require_ground(file.library, *options.ground_material);
+    file.library.require_ground(*options.ground_material);
     file.ground = GroundEntry{*options.ground_material,
                               file.ground ? file.ground->height_m : std::nullopt, "--ground"};
   }
@@ -189,7 +177,7 @@ SceneFile describe(const std::filesystem::path& path, const LoadOptions& options
   return file;
 }
 
-/// Everything that was read, each file once.
+/// All files that were read, each once.
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& path,
                                             const SceneFile& file, const LoadOptions& options) {
   std::vector<std::filesystem::path> files{path};
@@ -256,7 +244,7 @@ class Assembly {
                              ground.height_m.value_or(scene_.box.empty() ? 0.0 : scene_.box.min.y)};
       if (!binding_.materials()[scene_.ground->material].opaque) {
         throw InputError(ground.place + ": the material " + in_quotes(ground.material) +
-                         " is translucent, and the ground has no far side; choose an opaque one");
+                         " is translucent; the ground needs an opaque one");
       }
     }
     warn_about_unused_materials();
@@ -267,7 +255,8 @@ class Assembly {
   }
 
  private:
-  /// A file of which nothing is used was meant for another mesh, or has its names wrong.
+  /// Warns if the scene uses none of the given materials: the file was meant for another mesh, or its names are
+  /// wrong.
   void warn_about_unused_materials() {
     if (file_.given_materials.empty()) return;
     const std::vector<Material>& used = binding_.materials();
@@ -281,10 +270,10 @@ class Assembly {
     scene_.report.warnings.push_back(
         file_.materials_source + ": none of its materials (" + listed(file_.given_materials, 10) +
         ") is used by the scene, which " +
-        (names.empty() ? "names no materials: call one 'default'" : "asks for: " + listed(names, 10)));
+        (names.empty() ? "names no materials: define one called 'default'" : "asks for: " + listed(names, 10)));
   }
 
-  /// What is left for the next mesh.
+  /// Memory left for the next mesh.
   MemoryBudget budget() const {
     MemoryBudget budget(options_.max_memory_bytes);
     budget.add_kept(
@@ -309,7 +298,7 @@ class Assembly {
     if (soup.n_tangled_faces > 0) {
       scene_.report.warnings.push_back(
           prefix + counted(soup.n_tangled_faces, "polygon crosses", "polygons cross") +
-          " their own outline and may be cut the wrong way; triangulate the mesh where it was "
+          " their own outline and may be triangulated incorrectly; triangulate the mesh where it was "
           "made");
     }
     require_reach(entry, soup);

@@ -40,7 +40,7 @@ void MemoryBudget::require_mesh(std::uint64_t n_vertices, std::uint64_t n_triang
   const std::uint64_t needed = kept_bytes_ + kPerVertex * n_vertices + kPerTriangle * n_triangles;
   if (needed <= limit_bytes_) return;
   const std::uint64_t available = limit_bytes_ - std::min(kept_bytes_, limit_bytes_);
-  // The same mesh with fewer triangles, and as many vertices to each.
+  // Assumes the same ratio of vertices to triangles.
   const double share = static_cast<double>(available) / static_cast<double>(needed - kept_bytes_);
   const auto fits = static_cast<std::uint64_t>(share * static_cast<double>(n_triangles));
   refuse(name,
@@ -58,7 +58,7 @@ void MemoryBudget::require_orientation(std::uint64_t n_triangles, const std::str
   const std::uint64_t available = limit_bytes_ - std::min(kept_bytes_, limit_bytes_);
   refuse(name,
          "orienting " + counted(n_triangles, "triangle", "triangles") +
-             " whose neighbours look the other way",
+             " whose neighbours are oriented oppositely",
          needed, limit_bytes_,
          ", enough for about " +
              counted(available / kPerOrientedTriangle, "triangle", "triangles") +
@@ -70,7 +70,7 @@ namespace {
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
 /// Twice the area vector of a polygon (Newell). Relative to its first corner, so that coordinates of
-/// millions of metres lose nothing.
+/// millions of metres lose no precision.
 glm::dvec3 area_vector(const std::vector<glm::dvec3>& vertices,
                        std::span<const std::uint32_t> corners) {
   const glm::dvec3 origin = vertices[corners[0]];
@@ -89,18 +89,18 @@ void PolygonCutter::add_triangle(glm::uvec3 corners, std::uint32_t material, std
   soup_.group.push_back(group);
 }
 
-/// Corners that were seen outside of an ear stay there until the ear changes, and those that were cut never
-/// come back. So the search goes on where it stopped, and all searches together take the square of the
-/// corners, whatever the polygon.
+/// A corner found outside an ear stays outside until the ear changes, and a corner that was cut never
+/// returns. So the search resumes where it stopped, and all searches together cost the square of the number
+/// of corners for any polygon.
 bool PolygonCutter::is_ear(std::uint32_t tip) {
   Corner& corner = ring_[tip];
   const glm::dvec2 a = flat_[corner.before], b = flat_[tip], c = flat_[corner.behind];
   if (!(cross(b - a, c - b) > 0.0)) return false;
   for (; corner.n_outside < flat_.size(); ++corner.n_outside) {
-    const glm::dvec2 p = flat_[corner.n_outside];  // no comparison holds for one that was cut off
+    const glm::dvec2 p = flat_[corner.n_outside];  // NaN if cut off: no comparison holds
     const bool inside =
         cross(b - a, p - a) >= 0.0 && cross(c - b, p - b) >= 0.0 && cross(a - c, p - c) >= 0.0;
-    // Polygons with holes visit the corners of their bridge twice: a point on a corner is no obstacle.
+    // Polygons with holes visit the corners of their bridge twice: a point on a corner does not block the ear.
     if (inside && p != a && p != b && p != c) return false;
   }
   return true;
@@ -166,8 +166,8 @@ void PolygonCutter::add(std::span<const std::uint32_t> corners, std::uint32_t ma
       tip = ring_[tip].behind;
       ++tried;
     }
-    // Corners on one line are cut off as triangles without area; a polygon that crosses itself has
-    // no right answer. Both end here, and every round removes a corner.
+    // No ear is left: either the corners lie on one line and give triangles without area, or the polygon
+    // crosses itself and has no correct triangulation. Every round removes a corner all the same.
     if (tried == n_left) {
       tip = flattest(first);
       tangled |= bend(tip) != 0.0;

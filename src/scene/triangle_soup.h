@@ -29,8 +29,8 @@ class NameTable {
   std::unordered_map<std::string, std::uint32_t> index_of_;
 };
 
-/// A mesh as its file gives it: file units and axes, nothing welded, nothing mended. Every vertex is
-/// finite and every index in range; polygons have been cut into triangles.
+/// A mesh as stored in its file: file units and axes, neither welded nor repaired. Every vertex is finite
+/// and every index in range; polygons have been cut into triangles.
 struct TriangleSoup {
   std::vector<glm::dvec3> vertices;
   std::vector<glm::uvec3> triangles;
@@ -50,7 +50,7 @@ struct TriangleSoup {
   }
 };
 
-/// Most corners that PolygonCutter::add() takes: cutting takes their square in the worst case.
+/// Largest number of corners for PolygonCutter::add(): its cost is their square in the worst case.
 inline constexpr std::size_t kMaxCorners = 4096;
 
 /// Cuts polygons into triangles and adds them to a soup. Keeps its scratch space from call to call.
@@ -58,15 +58,15 @@ class PolygonCutter {
  public:
   explicit PolygonCutter(TriangleSoup& soup) : soup_(soup) {}
 
-  /// `corners`: indices of vertices that the soup already holds, at most kMaxCorners. Concave polygons
-  /// are cut by clipping ears in the plane that fits them best; triangles keep the polygon's sense.
+  /// `corners`: indices of vertices that the soup already holds, at most kMaxCorners. Concave polygons are
+  /// cut by ear clipping in the plane that fits them best; triangles keep the polygon's orientation.
   void add(std::span<const std::uint32_t> corners, std::uint32_t material, std::uint32_t group);
 
  private:
-  /// A corner in the ring of those that are still there.
+  /// A corner in the ring of those that remain.
   struct Corner {
     std::uint32_t before = 0, behind = 0;
-    std::uint32_t n_outside = 0;  ///< corners, from the first one on, known to lie outside of its ear
+    std::uint32_t n_outside = 0;  ///< the first n_outside corners are known to lie outside its ear
   };
 
   void add_triangle(glm::uvec3 corners, std::uint32_t material, std::uint32_t group);
@@ -78,7 +78,7 @@ class PolygonCutter {
 
   TriangleSoup& soup_;
   std::vector<Corner> ring_;
-  std::vector<glm::dvec2> flat_;  ///< where they lie in the plane, counter-clockwise; NaN once cut off
+  std::vector<glm::dvec2> flat_;  ///< projected corners, counter-clockwise; NaN once cut off
 };
 
 /// Refuses a mesh before it is allocated. Estimates are of the peak, with the file in memory; they were
@@ -88,17 +88,17 @@ class MemoryBudget {
   /// `limit_bytes`: 0 for no limit.
   explicit MemoryBudget(std::uint64_t limit_bytes = 0) : limit_bytes_(limit_bytes) {}
 
-  /// What the process keeps from now on: the bytes of a file, or the meshes read before.
+  /// Adds memory that stays allocated from now on: the bytes of a file, or the meshes read before.
   void add_kept(std::uint64_t bytes) { kept_bytes_ += bytes; }
 
-  /// Throws UsageError, with what is needed and what fits, when a file of this many bytes is too large.
+  /// Throws UsageError, with the memory needed and allowed, when a file of this many bytes is too large.
   void require_file(std::uint64_t bytes, const std::string& name) const;
 
-  /// The same for reading and cleaning a mesh of this many vertices and triangles.
+  /// The same for reading and cleaning a mesh of this many vertices and triangles; reports how many would fit.
   void require_mesh(std::uint64_t n_vertices, std::uint64_t n_triangles,
                     const std::string& name) const;
 
-  /// The same for orienting triangles whose neighbours disagree, which takes several times as much.
+  /// The same for orienting triangles whose neighbours disagree, which takes several times as much memory.
   void require_orientation(std::uint64_t n_triangles, const std::string& name) const;
 
   /// Bytes that a mesh keeps occupied in a scene.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree 4 replaced the intersection context by an arguments structure; these wrappers hide which of
-// the two is there. Nothing else in the project includes Embree.
+// Embree 4 replaced the intersection context by an arguments structure; these wrappers hide the
+// difference. Nothing else in the project includes Embree.
 #include "sarnerf/trace/ray_tracer.h"
 
 #include <algorithm>
@@ -42,7 +42,7 @@ inline void occluded(RTCScene scene, RTCRay* ray) {
   rtcOccluded1(scene, ray, &arguments);
 }
 
-/// A query whose every potential hit is shown to `filter`, with `user` behind the context.
+/// A query that calls `filter` for every potential hit. The filter gets the context and finds `user` behind it.
 struct FilteredQuery {
   RTCRayQueryContext context;
   void* user;
@@ -152,8 +152,8 @@ void load(RTCRayHit& rayhit, const RayRow& rays, std::size_t n) {
   rayhit.hit.primID = RTC_INVALID_GEOMETRY_ID;
 }
 
-/// Embree's own choice for watertight queries is a tree of width 4. Width 8 takes 5 to 20 % less time
-/// (most on meshes finer than the rays) and as much memory, but needs AVX.
+/// Embree's default for watertight queries is a BVH of width 4. Width 8 takes 5 to 20 % less time
+/// (most on meshes finer than the ray spacing) and as much memory, but needs AVX.
 const char* device_settings() {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2")) return "tri_accel=bvh8.triangle4v";
@@ -161,7 +161,7 @@ const char* device_settings() {
   return nullptr;
 }
 
-/// Records the hit and sends the ray on.
+/// Records the hit and rejects it, so that the ray continues.
 void record_and_continue(const RTCFilterFunctionNArguments* arguments) {
   auto& crossings =
       *static_cast<std::vector<Crossing>*>(embree::FilteredQuery::from(arguments).user);
@@ -202,7 +202,7 @@ RayTracer::RayTracer(std::span<const glm::vec3> vertices_m, std::span<const glm:
   rtcSetDeviceMemoryMonitorFunction(state_->device, &MemoryCount::monitor, &state_->memory);
 
   state_->scene = rtcNewScene(state_->device);
-  // Robust: rays must not leak through shared edges, a leak is a wrong pixel.
+  // Robust: a ray that leaks through a shared edge gives a wrong pixel.
   rtcSetSceneFlags(state_->scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST |
                                                              embree::kQueryFilterSceneFlag));
   if (!triangles.empty()) {
@@ -261,7 +261,7 @@ void trace_packets(RTCScene scene, std::span<const RayRow> rows, std::span<const
     }
     for (std::size_t lane = 0; lane < kPacket; ++lane) {
       packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-      packet.hit.primID[lane] = kNoTriangle;  // what misses keep
+      packet.hit.primID[lane] = kNoTriangle;  // stays so for rays that miss
     }
     query.packet(valid, scene, &packet);
 
@@ -322,7 +322,7 @@ void RayTracer::all_hits(const glm::vec3& origin_m, const glm::vec3& direction, 
   embree::FilteredQuery query(&crossings);
   query.single(state_->scene, &rayhit, &record_and_continue);
 
-  // Embree may show a triangle more than once; the order of traversal is not that of distance.
+  // Embree may report a triangle more than once, and not in order of distance.
   const auto before = [](const Crossing& a, const Crossing& b) {
     return a.distance_m != b.distance_m ? a.distance_m < b.distance_m : a.triangle < b.triangle;
   };
@@ -347,7 +347,7 @@ std::uint64_t RayTracer::peak_memory_bytes() const {
 
 namespace {
 
-/// Two triangles for each face; corner n has the box's maximum along x, y, z where bits 0, 1, 2 are set.
+/// Two triangles for each face. Corner n has the box's maximum along x, y, z if bit 0, 1, 2 of n is set.
 constexpr std::array<std::array<unsigned, 3>, 12> kFaces{{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6},
                                                           {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
                                                           {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}}};
@@ -365,7 +365,7 @@ BoxTracer::BoxTracer(std::span<const FloatBox> boxes) {
     }
     for (const auto& face : kFaces) triangles_.emplace_back(first + face[0], first + face[1], first + face[2]);
   }
-  vertices_m_.emplace_back(0.0f);  // RayTracer wants a readable element behind the end
+  vertices_m_.emplace_back(0.0f);  // RayTracer needs a readable element behind the end
   tracer_ = std::make_unique<RayTracer>(std::span(vertices_m_).first(vertices_m_.size() - 1), triangles_);
 }
 

@@ -97,7 +97,7 @@ Comparison compared(const MlpField& field, const LearnedVolume& volume, const Vo
         voxels.emplace_back(x, y, z);
         points_m.emplace_back(lattice.transform.world_from_index(glm::dvec3(x, y, z)));
       }
-  const double least = 0.01 / (2.0 * field.meaning().reference_bin_m);
+  const double least = 0.01 / (2.0 * field.units().reference_bin_m);
   Comparison c;
   double square = 0.0, difference = 0.0;
   for (const Acquisition& view : views()) {

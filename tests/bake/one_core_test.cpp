@@ -43,7 +43,7 @@ Volume volume_of(const GridField& field) {
 ViewPlan plan_of(const VoxelEngine& engine, const Acquisition& view, int n_elevation) {
   Sampling sampling;
   sampling.n_elevation = n_elevation;
-  sampling.n_sub_rows = kSlices;
+  sampling.n_slices = kSlices;
   return engine.plan(view, sampling);
 }
 
@@ -51,7 +51,7 @@ ViewPlan plan_of(const VoxelEngine& engine, const Acquisition& view, int n_eleva
 template <class Field>
 Image<float> render_along(const Field& field, const ViewPlan& plan, double longest_m, Deposit deposit) {
   RaySampling sampling;
-  sampling.sub_rows = plan.n_sub_rows;
+  sampling.sub_rows = plan.n_slices;
   sampling.longest_m = longest_m;
   sampling.deposit = deposit;
   const Acquisition& a = plan.acquisition;
@@ -108,7 +108,7 @@ TEST_CASE("voxel engine and learned grid render the same numbers alike") {
 
 namespace {
 
-/// A network's values at the places of a lattice, so many on a side of the cache's voxels; no extinction where its density cache is empty. Brightness is that of one
+/// A network's values at the places of a lattice, so many on a side of the cache's voxels; no extinction where its occupancy grid is empty. Brightness is that of one
 /// direction.
 Volume lattice_of(const MlpField& field, int per_voxel, const glm::dvec3& direction) {
   const Box box_m = field.occupied_box_m();

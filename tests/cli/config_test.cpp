@@ -49,7 +49,7 @@ TEST_CASE("mistakes in a configuration file: one line with file, line and what t
       {"pitch = 45\nsize = 128x128\n", "c.toml:2: expected name = value"},
       {"size = 128x128\n", "size = \"128x128\"; found 'size = 128x128' ("},
       {"\n\nlook = left\n", "c.toml:3: "},
-      {"pitch = 45\npitch = 46\n", "c.toml:2: the name in 'pitch = 46' stands twice"},
+      {"pitch = 45\npitch = 46\n", "c.toml:2: the name in 'pitch = 46' is given twice"},
       {"dry_run = true\n", "unknown option 'dry_run' (dry-run?)"},
       {"pich = 4\n", "unknown option 'pich' (pitch?)"},
       {"q = true\n", "unknown option 'q'"},

@@ -76,7 +76,7 @@ TEST_CASE("scenes of few pixels: a hint on the spacing, and a warning below two"
 TEST_CASE("a range whose steps miss its end says where it stops") {
   const SceneFolder folder;
   CHECK(has(folder.run(view({"--azimuth", "0:100:30", "--dry-run"})).err,
-            "--azimuth 0:100:30 stops at 90: its steps do not meet 100"));
+            "--azimuth 0:100:30 stops at 90: its step does not reach 100"));
   CHECK_FALSE(has(folder.run(view({"--azimuth", "0:90:30", "--dry-run"})).err, "stops"));
 }
 

@@ -26,6 +26,12 @@ TEST_CASE("a mesh saved as voxels renders to the same image from its file") {
   INFO(again.err);
   REQUIRE(again.code == 0);
   CHECK(bytes_of(folder / "made.tif") == bytes_of(folder / "again.tif"));
+  // The ground of a volume obeys the rules of a mesh's.
+  for (const auto& [material, piece] : {std::pair{"canopy", "translucent"}, std::pair{"nope", "unknown material 'nope'"}}) {
+    const Outcome refused = folder.run({"box.vdb", "--pitch", "45", "--ground", material, "-o", "ground"});
+    CHECK(refused.code == 2);
+    CHECK(is_error_line(refused.err, piece));
+  }
 }
 
 TEST_CASE("volumes are not replaced unasked, and refuse what only meshes take") {

@@ -255,5 +255,5 @@ TEST_CASE("range bins too narrow for memory are refused, and threads that cannot
   CHECK(narrow.is_error("too narrow"));
   const Outcome many = scene.render({"run", "--threads", "100000", "-o", "view"});
   CHECK(many.code == 0);
-  CHECK(many.err.find("100000 threads are more than make sense") != std::string::npos);
+  CHECK(many.err.find("100000 threads cannot be used here") != std::string::npos);
 }

@@ -117,7 +117,7 @@ TEST_CASE("an impulse response is told to training and taken from views again") 
   write_text(scene / "seen/dataset.json", manifest);
   const Outcome impossible = scene.train({"seen", "-o", "impossible", "--steps", "2"});
   CHECK(impossible.code == 0);
-  CHECK(impossible.err.find("is left out") != std::string::npos);
+  CHECK(impossible.err.find("is ignored") != std::string::npos);
 }
 
 TEST_CASE("smoothness is a factor or chosen by validation and part of the configuration") {

@@ -197,7 +197,7 @@ TEST_CASE("numbers beyond all doubles, and texts that would tear a message, are 
 }
 
 TEST_CASE("no key stands twice in an object, and no object has thousands of them") {
-  CHECK(error_of(altered("\"n_range\":96", "\"n_range\":96,\"n_range\":97")).find("'n_range' stands twice") !=
+  CHECK(error_of(altered("\"n_range\":96", "\"n_range\":96,\"n_range\":97")).find("'n_range' is given twice") !=
         std::string::npos);
   const auto provenance = [](int n_keys) {
     std::string keys;

@@ -77,7 +77,7 @@ TEST_CASE("tables that contradict the folder or themselves are refused") {
   contains(folder.refusal(""), "the table is empty");
   contains(folder.refusal("azimuth_deg\n1\n"), "no column file");
   contains(folder.refusal("file\na.png\n"), "no column azimuth_deg");
-  contains(folder.refusal("file,azimuth_deg,file\na.png,1,b\n"), "the column 'file' stands twice");
+  contains(folder.refusal("file,azimuth_deg,file\na.png,1,b\n"), "the column 'file' is listed twice");
   contains(folder.refusal("file,azimuth_deg\na.png\n"), "row 1: expected 2 fields");
   contains(folder.refusal("file,azimuth_deg\na.png,1\n\"b, c.tif,2\n"), "a quote does not close");
   contains(folder.refusal("file,azimuth_deg\na.png,east\n"),

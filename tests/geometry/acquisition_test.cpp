@@ -183,6 +183,8 @@ TEST_CASE("acquisitions that have no image are refused, with the reason") {
   contains(refused([](Acquisition& a) { a.azimuth_rad = kInfinity; }), "azimuth");
   contains(refused([](Acquisition& a) { a.slant_range_m = kNan; }), "slant range");
   contains(refused([](Acquisition& a) { a.aim_m.z = kNan; }), "aim point");
+  contains(refused([](Acquisition& a) { a.azimuth_shift_m = kNan; }), "azimuth shift");
+  contains(refused([](Acquisition& a) { a.range_shift_m = kInfinity; }), "range shift");
   contains(refused([](Acquisition& a) { a.range_spacing_m = 0.0; }), "spacing");
   contains(refused([](Acquisition& a) { a.azimuth_spacing_m = -1.0; }), "spacing");
   contains(refused([](Acquisition& a) { a.n_range = 0; }), "1 x 1");

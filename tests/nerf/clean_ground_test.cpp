@@ -2,7 +2,7 @@
 // A level ground in images without speckle: found, carved by, and looked at only where something stands on it.
 #include "train/grid_learner.h"
 #include "ground_scene.h"
-#include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/occupancy_grid.h"
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/ground.h"
 #include "torch_catch.h"

@@ -95,11 +95,11 @@ TEST_CASE("a response as matrices does what it does as a convolution") {
     REQUIRE(seen.pixels()[n] == Approx(image.power.pixels()[n]).epsilon(1e-4).margin(1e-9));
 }
 
-TEST_CASE("a sharpened image is dark between points and becomes the image again through the response") {
+TEST_CASE("a deconvolved image is dark between points and becomes the image again through the response") {
   for (const Resolution& r : {resolution(0.6, 0.6, "taylor:-35"), resolution(0.305, 0.305, "none"), resolution(0.9, 0.3, "hamming")}) {
     INFO(text_of(r.window));
     const PosedImage image = points(r);
-    const Image<float> sharp = sharpened({image}, r).front().power;
+    const Image<float> sharp = richardson_lucy({image}, r).front().power;
     CHECK(share_of_zeros(image.power) == 0.0);
     CHECK(share_of_zeros(sharp) > 0.95);
     CHECK(total(sharp) == Approx(245.0).epsilon(0.01));
@@ -117,7 +117,7 @@ TEST_CASE("sharpening an even ground leaves it even up to the borders") {
   Image<float> ground(wide.n_azimuth, wide.n_range, 2.0f);
   convolve_power(ground, impulse_response(r, kPixel_m, kPixel_m));
   const PosedImage image{"ground", acquisition(48, 48), without_border(ground, border)};
-  const Image<float> sharp = sharpened({image}, r).front().power;
+  const Image<float> sharp = richardson_lucy({image}, r).front().power;
   for (const float p : sharp.pixels()) REQUIRE(p == Approx(2.0).epsilon(0.25));
   CHECK(sharp(24, 24) == Approx(2.0).epsilon(0.01));
 }
@@ -125,8 +125,8 @@ TEST_CASE("sharpening an even ground leaves it even up to the borders") {
 TEST_CASE("what is black stays black and too coarse a spacing is refused") {
   const Resolution r = resolution(0.6, 0.6, "taylor:-35");
   const PosedImage black{"black", acquisition(8, 8), Image<float>(8, 8)};
-  CHECK(share_of_zeros(sharpened({black}, r).front().power) == 1.0);
-  CHECK_THROWS_AS(sharpened({black}, resolution(0.1, 0.1, "taylor:-35")), UsageError);
+  CHECK(share_of_zeros(richardson_lucy({black}, r).front().power) == 1.0);
+  CHECK_THROWS_AS(richardson_lucy({black}, resolution(0.1, 0.1, "taylor:-35")), UsageError);
 }
 
 TEST_CASE("a view of a field with a response is its view without one seen through it") {
@@ -165,12 +165,12 @@ TEST_CASE("a field keeps its response in its archive and damaged ones are refuse
   }
 }
 
-TEST_CASE("a field learned from sharpened images predicts images with the response better than one without") {
+TEST_CASE("a field learned from deconvolved images predicts images with the response better than one without") {
   const Resolution r = resolution(1.4, 1.4, "taylor:-35");
   const auto learned_psnr_db = [&](const std::optional<Resolution>& told) {
     TrainingSet set = training_set(small_images(24, 0.0, r), kSmallBox, {}, told);
     CHECK(set.resolution == told);
-    CHECK(set.cleaned.empty() == !told);
+    CHECK(set.deconvolved.empty() == !told);
     Trainer trainer(set, small_options(set));
     for (int n = 0; n < 150; ++n) trainer.step(n / 150.0);
     CHECK(trainer.field().resolution == told);
@@ -184,12 +184,12 @@ TEST_CASE("a field learned from sharpened images predicts images with the respon
   CHECK(with > without + 3.0);
 }
 
-TEST_CASE("speckle over a ground is not sharpened and its priors are weaker for being averaged") {
+TEST_CASE("speckle over a ground is not deconvolved and its priors are weaker for being averaged") {
   const TrainingSet set = training_set(speckled_scene(36, 1.0), ground_scene_box(), {}, kGroundResolution);
   REQUIRE(set.ground);
   CHECK(set.ground->speckled);
   CHECK(set.resolution == kGroundResolution);
-  CHECK(set.cleaned.empty());
+  CHECK(set.deconvolved.empty());
   const TrainingSet plain = training_set(speckled_scene(36, 1.0), ground_scene_box());
   CHECK(default_options(set, "grid").grid.smooth_source < 0.5 * default_options(plain, "grid").grid.smooth_source);
 }
@@ -198,7 +198,7 @@ TEST_CASE("speckled views too few to tell a ground are learned without the respo
   const TrainingSet set = training_set(speckled_scene(4, 1.0), ground_scene_box(), {}, kGroundResolution);
   CHECK_FALSE(set.ground);
   CHECK_FALSE(set.resolution);
-  CHECK(set.cleaned.empty());
+  CHECK(set.deconvolved.empty());
 }
 
 TEST_CASE("a row's gradient is that of its view's likelihood through the response") {

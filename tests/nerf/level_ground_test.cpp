@@ -6,7 +6,7 @@
 
 #include "ground_scene.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/occupancy_grid.h"
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/trainer.h"
 #include "small_grid.h"

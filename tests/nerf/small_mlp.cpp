@@ -52,7 +52,7 @@ torch::Tensor plain_rows(const MlpField& field, const torch::Tensor& parameters,
   const MlpNetwork network{field.network().shape, field.network().box_m, parameters};
   const MlpOutput out = mlp_forward(network, segments.point_m(), segments.ray_direction(),
                                     segments.ray_begin(), MlpKernel::plain);
-  const MlpMeaning& meaning = field.meaning();
+  const MlpUnits& meaning = field.units();
   const torch::Tensor kappa = out.sigma_raw.clamp_min(0.0) / (2.0 * meaning.reference_bin_m);
   const torch::Tensor source = meaning.source_scale * (1.0 + out.s_raw.exp()).log();
 

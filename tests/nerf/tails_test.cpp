@@ -25,7 +25,7 @@ std::vector<PosedImage> square(int n_rows) {
 
 std::size_t n_zeros(const TrainingSet& set) {
   std::size_t n = 0;
-  for (const float p : set.appearances().front().power.pixels()) n += p == 0.0f;
+  for (const float p : set.training_images().front().power.pixels()) n += p == 0.0f;
   return n;
 }
 

@@ -35,11 +35,11 @@ Scene plain_building() {
   return scene;
 }
 
-RenderedView render(const SurfaceEngine& engine, const Acquisition& view, double density, int n_sub_rows,
+RenderedView render(const SurfaceEngine& engine, const Acquisition& view, double density, int n_slices,
                     const ErrorRequest& request = {}) {
   Sampling sampling;
   sampling.n_elevation = std::max(1, static_cast<int>(density * engine.plan(view, {}).fan.n_elevation));
-  sampling.n_sub_rows = n_sub_rows;
+  sampling.n_slices = n_slices;
   ViewPlan plan = engine.plan(view, sampling);
   plan.error = request;
   return engine.render(plan);
@@ -55,14 +55,14 @@ TEST_CASE("estimates lie between half and three times the error in nine renders 
       const Acquisition view = view_of(45.0, 1e4, 80, 80, 0.3, azimuth_deg);
       const Image<float> reference = section_reference(scene, view, 256);
       for (const double density : {0.25, 0.5, 1.0}) {
-        for (const int n_sub_rows : {1, 2, 3, 5, 9}) {
-          const RenderedView rendered = render(engine, view, density, n_sub_rows);
+        for (const int n_slices : {1, 2, 3, 5, 9}) {
+          const RenderedView rendered = render(engine, view, density, n_slices);
           const double error = relative_l2_error(rendered.beta0, reference);
-          INFO("density " << density << ", slices " << n_sub_rows << ": error " << error << ", estimate "
+          INFO("density " << density << ", slices " << n_slices << ": error " << error << ", estimate "
                           << rendered.error.relative);
           CHECK(rendered.error.relative > 0.25 * error);
           // A single slice is compared with the next row's: too strict for smooth walls.
-          CHECK(rendered.error.relative < (n_sub_rows == 1 ? 12.0 : 6.0) * error);
+          CHECK(rendered.error.relative < (n_slices == 1 ? 12.0 : 6.0) * error);
           ++n;
           n_good += rendered.error.relative >= 0.5 * error && rendered.error.relative <= 3.0 * error;
         }
@@ -95,7 +95,7 @@ TEST_CASE("the error map has the estimate's norm", "[error]") {
   const SurfaceEngine engine(scene);
   const Acquisition view = view_of(40.0, 1e4, 40, 60, 0.4, 10.0);
   Sampling sampling;
-  sampling.n_sub_rows = 6;
+  sampling.n_slices = 6;
   ViewPlan plan = engine.plan(view, sampling);
   LayerRequest request;
   request.layers.add(Layer::error);
@@ -114,10 +114,10 @@ TEST_CASE("walls nearly parallel to the slices do not deceive the estimate", "[e
   for (const double azimuth_deg : {1.0, 2.0, 3.0, 5.0}) {
     const Acquisition view = view_of(40.0, 1e4, 80, 80, 0.3, azimuth_deg);
     const Image<float> reference = section_reference(scene, view, 256);
-    for (const int n_sub_rows : {2, 3, 6, 9}) {
-      const RenderedView rendered = render(engine, view, 1.0, n_sub_rows);
+    for (const int n_slices : {2, 3, 6, 9}) {
+      const RenderedView rendered = render(engine, view, 1.0, n_slices);
       const double error = relative_l2_error(rendered.beta0, reference);
-      INFO("azimuth " << azimuth_deg << ", slices " << n_sub_rows << ": error " << error << ", estimate "
+      INFO("azimuth " << azimuth_deg << ", slices " << n_slices << ": error " << error << ", estimate "
                       << rendered.error.relative);
       CHECK(error < 0.01);
       CHECK(rendered.error.relative > 0.5 * error);
@@ -149,14 +149,14 @@ TEST_CASE("views meet the tolerance that was asked for", "[tolerance]") {
                                             : render_to_tolerance(engine, engine.plan(view, choice.sampling), tolerance);
       steps.insert(steps.end(), found.steps.begin(), found.steps.end());
       double n_rays = 0.0;
-      for (const ToleranceStep& step : steps) n_rays += double(step.n_elevation) * step.n_sub_rows;
+      for (const ToleranceStep& step : steps) n_rays += double(step.n_elevation) * step.n_slices;
       const double error = relative_l2_error(found.view.beta0, reference);
       INFO("tolerance " << tolerance << ": error " << error << ", estimate " << found.view.error.relative);
       CHECK(found.met);
       CHECK(found.view.error.relative <= tolerance);
       CHECK(error <= tolerance);
       CHECK(found.plan.n_kept_rays > n_rays_before);  // nobody pays for more than was asked
-      CHECK(n_rays < 3.0 * steps.back().n_elevation * steps.back().n_sub_rows);  // nor much for the search
+      CHECK(n_rays < 3.0 * steps.back().n_elevation * steps.back().n_slices);  // nor much for the search
       n_rays_before = found.plan.n_kept_rays;
     }
   }

@@ -29,7 +29,7 @@ TEST_CASE("the default frame holds scene, layover and shadow in every view", "[f
     view.n_range = framing.n_range;
     CHECK(outside_swath_warning(scene, view).empty());
     // Shadow is where the ground is dark; none of it may touch the border.
-    const Image<float> image = engine.render(engine.plan(view, {.n_sub_rows = 1})).beta0;
+    const Image<float> image = engine.render(engine.plan(view, {.n_slices = 1})).beta0;
     for (int i = 0; i < view.n_azimuth; ++i) {
       CHECK(image(i, 0) > 0.0f);
       CHECK(image(i, view.n_range - 1) > 0.0f);

@@ -112,7 +112,7 @@ TEST_CASE("a lopsided solid lands where independent rays put it", "[independent]
     INFO("view " << n << " pitch " << deg_from_rad(view.incidence_rad) << " azimuth "
                  << deg_from_rad(view.azimuth_rad));
     const SurfaceEngine engine(scene);
-    const Image<float> image = engine.render(engine.plan(view, {.n_elevation = 200, .n_sub_rows = 8})).beta0;
+    const Image<float> image = engine.render(engine.plan(view, {.n_elevation = 200, .n_slices = 8})).beta0;
     // The independent image carries the noise of its own point samples, a few per cent.
     CHECK(relative_l2(image, independent_image(scene, view, false)) < 0.08);
     CHECK(relative_l2(image, independent_image(scene, view, true)) > 0.5);

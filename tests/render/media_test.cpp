@@ -51,7 +51,7 @@ TEST_CASE("a slab seen from straight ahead follows its closed form at every dept
     const Acquisition view = view_of(45.0, 1e5, 8, 64);
     const double expected = 8.0 * scattering * -std::expm1(-depth) / two_way;
     // The slab's outline falls between rays: one ray in a thousand.
-    CHECK(collected(render(scene, view, {.n_elevation = 2000, .n_sub_rows = 8}), view) == Approx(expected).epsilon(0.001));
+    CHECK(collected(render(scene, view, {.n_elevation = 2000, .n_slices = 8}), view) == Approx(expected).epsilon(0.001));
   }
 }
 
@@ -60,7 +60,7 @@ TEST_CASE("a very dense medium looks like an opaque one of gamma = P / two-way e
   add_box(dense, {12.0, 6.0, 8.0}, 0.5);
   add_box(opaque, {12.0, 6.0, 8.0}, 0.5);
   const Acquisition view = view_of(40.0, 1e4, 96, 96);
-  CHECK(relative_l2(render(dense, view, {.n_sub_rows = 8}), render(opaque, view, {.n_sub_rows = 8})) < 0.04);
+  CHECK(relative_l2(render(dense, view, {.n_slices = 8}), render(opaque, view, {.n_slices = 8})) < 0.04);
 }
 
 TEST_CASE("a canopy attenuates the wall behind it as exp(-two-way depth)", "[media]") {

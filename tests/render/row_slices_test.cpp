@@ -25,11 +25,11 @@ std::vector<glm::vec3> vertices_at(const std::vector<double>& along_m) {
 TEST_CASE("slices cover their row, end at corners, and count as much as they are wide", "[slices]") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> anywhere(-6.0, 6.0);
-  for (const int n_sub_rows : {2, 3, 9}) {
+  for (const int n_slices : {2, 3, 9}) {
     const Acquisition view = view_of(45.0, 1e4, 12, 8, 1.0);
     std::vector<double> corners;
     for (int n = 0; n < 15; ++n) corners.push_back(anywhere(random));
-    const RowSlices rows(view, n_sub_rows, vertices_at(corners), glm::dvec3(0.0));
+    const RowSlices rows(view, n_slices, vertices_at(corners), glm::dvec3(0.0));
     std::vector<RowSlice> slices;
     std::vector<SliceGroup> groups;
     for (int i = 0; i < view.n_azimuth; ++i) {
@@ -41,7 +41,7 @@ TEST_CASE("slices cover their row, end at corners, and count as much as they are
         CHECK(s.along_m - 0.5 * s.width_m == Approx(end).margin(1e-12));
         end = s.along_m + 0.5 * s.width_m;
         weight += s.weight;
-        CHECK(s.weight == Approx(s.width_m * n_sub_rows / view.azimuth_spacing_m));
+        CHECK(s.weight == Approx(s.width_m * n_slices / view.azimuth_spacing_m));
         CHECK(s.weight < 2.0);
         // No corner lies inside.
         for (const double c : corners) {
@@ -49,7 +49,7 @@ TEST_CASE("slices cover their row, end at corners, and count as much as they are
         }
       }
       CHECK(end == Approx(view.row_offset_m(i + 0.5)).margin(1e-12));
-      CHECK(weight == Approx(n_sub_rows));
+      CHECK(weight == Approx(n_slices));
       // What groups stand for adds up to the row, and is centred where they say.
       double covered = view.row_offset_m(i - 0.5);
       for (std::size_t s = 0; s < slices.size(); ++s) {
@@ -86,9 +86,9 @@ TEST_CASE("meshes of many corners, and rows of one slice, are cut equally", "[sl
   for (int n = 0; n < 200; ++n) many.push_back(-2.0 + 0.02 * n + 0.003);
   std::vector<RowSlice> slices;
   std::vector<SliceGroup> groups;
-  for (const auto& [n_sub_rows, corners] : {std::pair{9, many}, std::pair{1, std::vector<double>{0.25}}}) {
-    RowSlices(view, n_sub_rows, vertices_at(corners), glm::dvec3(0.0)).row(1, slices, groups);
-    CHECK(slices.size() == static_cast<std::size_t>(n_sub_rows));
+  for (const auto& [n_slices, corners] : {std::pair{9, many}, std::pair{1, std::vector<double>{0.25}}}) {
+    RowSlices(view, n_slices, vertices_at(corners), glm::dvec3(0.0)).row(1, slices, groups);
+    CHECK(slices.size() == static_cast<std::size_t>(n_slices));
     for (const RowSlice& s : slices) CHECK(s.weight == 1.0);
   }
 }
@@ -98,10 +98,10 @@ TEST_CASE("a box at an angle converges with the square of the slices", "[slices]
   add_box(scene, {6.0, 3.0, 4.0}, 0.5);
   const SurfaceEngine engine(scene);
   const Acquisition view = view_of(45.0, 1e4, 40, 40, 0.4);
-  const auto image = [&](int n_sub_rows) {
+  const auto image = [&](int n_slices) {
     Sampling sampling;
     sampling.n_elevation = 600;
-    sampling.n_sub_rows = n_sub_rows;
+    sampling.n_slices = n_slices;
     return engine.render(engine.plan(view, sampling)).beta0;
   };
   const Image<float> limit = image(96);

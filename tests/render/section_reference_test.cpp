@@ -64,7 +64,7 @@ Image<float> dense(const Scene& scene, const Acquisition& view, int n_slices) {
   const SurfaceEngine engine(scene);
   Sampling sampling;
   sampling.n_elevation = 8 * engine.plan(view, {}).fan.n_elevation;
-  sampling.n_sub_rows = n_slices;
+  sampling.n_slices = n_slices;
   ViewPlan plan = engine.plan(view, sampling);
   plan.error.estimate = false;
   return engine.render(plan).beta0;

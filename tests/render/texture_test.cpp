@@ -53,6 +53,6 @@ TEST_CASE("squares that single precision holds are drawn, finer ones are left ou
   for (const auto& [period_m, drawn] : {std::pair{reach_m / (1 << 18) * 1.01, true}, {reach_m / (1 << 18) * 0.99, false}}) {
     const Scene scene = block(period_m, false);
     const AppearanceTable table = make_appearances(scene, {0}, scene.box.centre());
-    CHECK(table.appearances.front().checker.has_value() == drawn);
+    CHECK(table.training_images.front().checker.has_value() == drawn);
   }
 }

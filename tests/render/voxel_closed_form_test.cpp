@@ -63,7 +63,7 @@ TEST_CASE("images converge to the surface engine's with the voxel size", "[voxel
   const SurfaceEngine surface(scene);
   Sampling fine;
   fine.n_elevation = 4 * surface.plan(view, {}).fan.n_elevation;
-  fine.n_sub_rows = 32;
+  fine.n_slices = 32;
   const Image<float> reference = render_surface(scene, view, fine);
   const double coarse_error = relative_l2(render_voxels(scene, view, 0.3), reference);
   const double fine_error = relative_l2(render_voxels(scene, view, 0.075), reference);

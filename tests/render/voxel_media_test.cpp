@@ -50,7 +50,7 @@ TEST_CASE("a ball of fog returns its analytic integral", "[voxel]") {
     scene.box = volume.box_m;
     const VoxelEngine engine(scene, volume);
     const Acquisition view = view_of(45.0, 1e6, 1, 128, 0.1);
-    const Image<float> image = engine.render(engine.plan(view, {.n_sub_rows = 16})).beta0;
+    const Image<float> image = engine.render(engine.plan(view, {.n_slices = 16})).beta0;
     double expected = 0.0;
     const int n = 20000;
     for (int m = 0; m < n; ++m) {

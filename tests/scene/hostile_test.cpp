@@ -292,7 +292,7 @@ TEST_CASE("Orienting a tangle takes more, and is refused by itself") {
   LoadOptions options;
   options.max_memory_bytes = 700'000;
   CHECK(says(message_of<UsageError>([&] { load_text("m.obj", obj.text(), options); }),
-             {"m.obj", "2,400 triangles", "look the other way", "700 kB"}));
+             {"m.obj", "2,400 triangles", "oriented oppositely", "700 kB"}));
   CHECK(load_text("m.obj", obj.text()).pieces.size() == 200);
 }
 

@@ -88,7 +88,7 @@ TEST_CASE("Materials files: format, version, syntax, keys that stand twice") {
   CHECK(contains(load(R"({"version": 1, "materials": {}})"), "'format' is missing"));
   CHECK(contains(load(R"({"format": "sarnerf-materials", "version": 1, "extra": 0})"), "'extra'"));
   CHECK(contains(load("{\"format\":\n oops}"), "line 2"));
-  CHECK(contains(load(R"({"materials": {"a": {}, "a": {}}})"), "'a' stands twice"));
+  CHECK(contains(load(R"({"materials": {"a": {}, "a": {}}})"), "'a' is given twice"));
   CHECK(contains(load(""), "empty"));
 }
 
@@ -137,7 +137,7 @@ TEST_CASE("Names from a mesh: found, or default with a note, or with a warning")
   REQUIRE(scene.materials.size() == 2);
   CHECK(scene.materials[0].name == "asphalt");
   CHECK(scene.materials[1].name == "default");
-  CHECK(has_line(scene.report.notes, "shown as 'default': Body_Paint.001"));
+  CHECK(has_line(scene.report.notes, "rendered with the material 'default': Body_Paint.001"));
   CHECK(scene.report.warnings.empty());
 
   LoadOptions options;

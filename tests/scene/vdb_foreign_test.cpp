@@ -259,7 +259,7 @@ TEST_CASE("grids that share one tree in the file have one each when read", "[vdb
   twin->setTransform(grids->extinction->transform().copy());
   write_foreign(folder.path() / "a.vdb", {grids->extinction, twin});
   const VdbScene scene = read_vdb(folder.path() / "a.vdb", {});
-  CHECK(has_line(scene.notes, "does not say who wrote it"));
+  CHECK(has_line(scene.notes, "has no metadata 'format'"));
   CHECK(scene.grids().scattering->treePtr() != scene.grids().extinction->treePtr());
   const Volume volume = to_volume(scene);
   for (std::size_t n = 0; n < volume.grid.view().values.size(); n += 2) {

@@ -116,7 +116,7 @@ TEST_CASE("grids of one scene share their voxels", "[vdb]") {
 
 TEST_CASE("names and basis must tell one story", "[vdb]") {
   const auto k = floats("extinction"), p = floats("scattering"), b = floats("brightness");
-  CHECK(contains(complaint({k}), "found neither; a volume without them answers no radar"));
+  CHECK(contains(complaint({k}), "found neither; a volume without them returns no backscatter"));
   CHECK(contains(complaint({k, p, b}, with_basis("isotropic")), "found both"));
   CHECK(contains(complaint({k, b}), "expected metadata brightness_basis (isotropic, sh or cosine)"));
   CHECK(contains(complaint({k, b}, with_basis("plaid")), "found 'plaid'"));

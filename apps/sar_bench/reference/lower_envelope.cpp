@@ -11,7 +11,7 @@ namespace sarnerf {
 
 namespace {
 
-/// Faces seen so nearly edge-on that their ends are this close (m) across the rays have no place of their own.
+/// Faces seen so nearly edge-on that their ends are this close (m) across the rays are left out.
 constexpr double kThinnest_m = 1e-10;
 
 }  // namespace
@@ -65,7 +65,7 @@ void SlicedFaces::cut(int i, double along_m, std::vector<SliceLine>& lines) cons
       const glm::dvec3& q = vertices_m_[corners[(c + 1) % 3]];
       const bool p_before = p.x < along_m, q_before = q.x < along_m;
       if (p_before == q_before) continue;
-      // From the same end in both triangles of an edge.
+      // Interpolates from the same end in both triangles of an edge.
       const glm::dvec3 &from = p_before ? p : q, &to = p_before ? q : p;
       const double fraction = (along_m - from.x) / (to.x - from.x);
       ends[n_ends++] = glm::dvec2(from.y, from.z) + fraction * (glm::dvec2(to.y, to.z) - glm::dvec2(from.y, from.z));
@@ -83,9 +83,9 @@ void SlicedFaces::cut(int i, double along_m, std::vector<SliceLine>& lines) cons
 
 namespace {
 
-/// A third line counts as nearer where two cross if it is by this much: rounding alone divides nothing.
+/// Where two lines cross, a third one counts as nearer only by this much, so that rounding alone divides no interval.
 constexpr double kNearer_m = 1e-9;
-/// Each division finds another line; more than this many in turn are rounding.
+/// Each division finds another line; a greater depth of divisions is due to rounding.
 constexpr int kDeepest = 64;
 
 }  // namespace

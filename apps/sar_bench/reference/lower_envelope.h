@@ -14,10 +14,10 @@
 
 namespace sarnerf {
 
-/// The cut of a slice's plane through a flat face: a straight line between two points of the plane that holds
-/// all rays of the slice. Points have a depth along k and a coordinate along v, relative to the aim point (m).
-/// Rays are named by the tangent of their angle δ, in which 1 / (r + depth) is linear along any line: so two
-/// lines change places at most once.
+/// The cut of a slice's plane through a flat face: a straight line between two points of the plane, which contains
+/// all rays of the slice. Points have a depth along k and a coordinate along v, relative to the aim point (m). A ray
+/// is identified by the tangent of its angle δ. 1 / (r + depth) is linear in this tangent along any line, so two
+/// lines swap their order at most once.
 struct SliceLine {
   double first, last;               ///< tangents of the rays through its ends, first < last
   double depth_m, across_m;         ///< its end at `first`: along k, along v
@@ -45,8 +45,8 @@ class SlicedFaces {
   SlicedFaces(const Scene& scene, std::span<const glm::dvec3> vertices_m,
               const std::vector<std::uint32_t>& triangles, const Acquisition& view);
 
-  /// Replaces `lines` by the cuts of the plane at along-track coordinate a, inside row i; `face` is the index of
-  /// the triangle in the mesh. Neighbours share their ends to the last bit, so that no ray slips between them.
+  /// Replaces `lines` by the cuts of the plane at along-track coordinate a, inside row i; `face` is the index of the triangle
+  /// in the mesh. The ends of neighbouring cuts are equal to the last bit, so that no ray passes between them.
   void cut(int i, double along_m, std::vector<SliceLine>& lines) const;
 
  private:
@@ -56,7 +56,7 @@ class SlicedFaces {
   std::vector<std::vector<std::uint32_t>> of_row_;
 };
 
-/// What turns points of a slice's plane into ranges and world points. Doubles throughout.
+/// Converts points of a slice's plane to ranges and world points, in double precision throughout.
 struct SliceFrame {
   explicit SliceFrame(const Acquisition& view)
       : radar(radar_frame(view)),
@@ -65,8 +65,8 @@ struct SliceFrame {
         bins_per_m(1.0 / view.range_spacing_m),
         first_bin(0.5 * view.n_range) {}
 
-  /// Range in bin coordinates (bin j covers [j, j + 1)) of the point at a depth along a ray. The aim point's
-  /// range is never subtracted from another one.
+  /// Range in bin coordinates (bin j covers [j, j + 1)) of the point at a depth along a ray. Avoids the cancellation
+  /// of subtracting the aim point's range from another range.
   double bin_at(double tangent, double depth_m) const {
     const double across_m = (r + depth_m) * tangent, range_m = std::hypot(r + depth_m, across_m);
     const double offset_m = (depth_m * (2.0 * r + depth_m) + across_m * across_m) / (range_m + r);
@@ -88,22 +88,22 @@ struct SliceFrame {
   double bins_per_m, first_bin;
 };
 
-/// Rays, by the tangents of their angles, that see one line first.
+/// An interval of rays, by the tangents of their angles, that all meet the same line first.
 struct VisiblePiece {
   double first, last;
   std::uint32_t line;  ///< index into the lines
 };
 
-/// Which of a slice's lines is nearest to the radar, for every ray there is: between neighbouring ends of lines
-/// the lines that rays meet do not change, and what is nearest at both borders of an interval is nearest all
-/// over it; otherwise the interval is divided where the two nearest change places. Lines may cross, touch and
-/// coincide; of lines nowhere more than a nanometre apart either may win.
+/// Determines, for every ray, which of a slice's lines is nearest to the radar. Between neighbouring ends of lines,
+/// all rays meet the same lines. A line that is nearest at both borders of an interval is nearest all over it;
+/// otherwise the interval is divided where the two nearest lines swap. Lines may cross, touch and coincide; of lines
+/// nowhere more than a nanometre apart, either may be chosen.
 /// Cost: n log n for n ends, and a few ns for each line of each interval.
 class LowerEnvelope {
  public:
   explicit LowerEnvelope(double slant_range_m) : r_(slant_range_m) {}
 
-  /// Replaces `pieces`, in order of angle, without those that see nothing.
+  /// Replaces `pieces`, in order of angle, without rays that meet no line.
   void find(std::span<const SliceLine> lines, std::vector<VisiblePiece>& pieces);
 
  private:
@@ -113,7 +113,7 @@ class LowerEnvelope {
     bool begins;
   };
 
-  /// Of the active lines, at a ray that all of them meet.
+  /// The nearest of the active lines, at a ray that all of them meet.
   std::uint32_t nearest(double tangent) const;
   void divide(double first, std::uint32_t at_first, double last, std::uint32_t at_last, int depth);
   void add(double first, double last, std::uint32_t line);
@@ -126,9 +126,9 @@ class LowerEnvelope {
   std::vector<std::uint32_t> active_;
 };
 
-/// Where, between two rays, line a, which is nearer by `before_m` at the first, changes places with line b, which
-/// is nearer by `behind_m` at the last; neither is negative, and not both are zero. `depths_m`: of a and b from
-/// the radar, at both rays.
+/// Tangent, between two rays, at which lines a and b cross. Line a is nearer by `before_m` at the first ray, line b
+/// by `behind_m` at the last; neither is negative, and not both are zero. The depths are those of a and b from the
+/// radar, at each of the two rays.
 double crossing(double first, double last, double before_m, double behind_m, glm::dvec2 first_depths_m,
                 glm::dvec2 last_depths_m);
 

@@ -23,17 +23,17 @@ namespace {
 /// SliceLine::face of the ground.
 constexpr std::uint32_t kGroundFace = 0xfffffffeu;
 
-/// The infinite ground plane as slices cut it: one and the same line in all of them.
+/// The cut of slices through the infinite ground plane: the same line in all of them.
 class SliceGround {
  public:
   SliceGround(const Acquisition& view, double height_m);
 
-  /// The part of the ground that the range bins see; none if they end before they reach it.
+  /// The part of the ground within the range bins; none if they end before they reach it.
   const std::optional<SliceLine>& line() const { return line_; }
 
-  /// Replaces `all` by `pieces`, the visible pieces of `lines`, with the ground where it is nearer and, as far as
-  /// bins see it, where there is nothing else. `ground`: index of line() among the lines. A piece that lies no
-  /// more than a millimetre behind the ground wins: floors and roads lie in the ground's plane.
+  /// Replaces `all` by `pieces`, the visible pieces of `lines`, plus the ground where it is nearer and, within the
+  /// range bins, where there is nothing else. `ground`: index of line() among the lines. A piece no more than a
+  /// millimetre behind the ground takes precedence: floors and roads lie in the ground's plane.
   void cover(std::span<const VisiblePiece> pieces, std::span<const SliceLine> lines, std::uint32_t ground,
              std::vector<VisiblePiece>& all) const;
 
@@ -112,7 +112,7 @@ void SliceGround::cover(std::span<const VisiblePiece> pieces, std::span<const Sl
   add_ground(done, std::numeric_limits<double>::infinity());
 }
 
-/// A flat opaque face as it answers the radar of one view.
+/// A flat opaque face as it scatters towards the radar of one view.
 struct FaceLook {
   const Material* material = nullptr;
   const glm::dmat4* object_from_world = nullptr;  ///< of its texture
@@ -156,21 +156,22 @@ FaceLook look_of_ground(const Scene& scene, const RadarFrame& frame) {
 
 /// Largest departure from a straight line between range and angle (bins).
 constexpr double kBinTolerance = 4e-7;
-/// Largest relative change of γ in a part, times the bins that it spans: what a uniform part puts into the wrong
-/// one of two bins is an eighth of that, in units of a bin's power.
+/// Largest product of the relative change of γ in a part and the number of bins that it spans. A uniform part puts an
+/// eighth of that, in units of a bin's power, into the wrong one of two bins.
 constexpr double kGammaTolerance = 4e-6;
-/// Parts this narrow (m) across the rays are not divided: what is so narrow and still bent is seen edge-on.
+/// Parts this narrow (m) across the rays are not divided: a part so narrow whose range is still not linear is seen edge-on.
 constexpr double kNarrowest_m = 1e-6;
 /// As for the surface engine: a face seen exactly edge-on has no finite slope, and no area either.
 constexpr double kSteepest = 1e-6;
-/// Squares of a checker within one piece beyond which only their mean counts, which is 1.
+/// With more checker squares than this within one piece, only their mean counts, which is 1.
 constexpr double kMostSquares = 20'000.0;
 
-/// Spreads what visible pieces of faces scatter over one row's range bins: γ dδ, divided where the checker's
-/// squares meet, then until range and γ are so straight that no bin is wrong by a millionth.
+/// Deposits the power γ dδ that visible pieces of faces scatter into one row's range bins. Divides a piece at the
+/// borders of checker squares, then until range and γ are so linear that no bin is wrong by a millionth.
 class PieceDeposit {
  public:
-  /// `width_m`: of a slice along track, over which the range of a face at one ray angle moves as its plane says.
+  /// `width_m`: width of a slice along track. Over it, the range of a face at one ray angle changes with the slope of
+  /// its plane.
   PieceDeposit(const SliceFrame& frame, double width_m, std::span<double> bins)
       : frame_(frame), width_m_(width_m), bins_(bins) {}
 
@@ -185,8 +186,8 @@ class PieceDeposit {
     return {tangent, frame_.bin_at(line, tangent), look.brightness(tangent)};
   }
   void divide(const FaceLook& look, const SliceLine& line, const Ray& first, const Ray& last, double weight);
-  /// Leaves the tangents at which the line passes from one square to the next in squares_, in order, with both
-  /// ends; false if the squares are too fine to be told apart.
+  /// Stores in squares_, in order, the tangents at which the line passes from one square to the next, and both ends;
+  /// false if the squares are too many to be resolved.
   bool find_squares(const FaceLook& look, const SliceLine& line, double along_m, double first, double last);
 
   const SliceFrame& frame_;
@@ -271,7 +272,7 @@ Parts parts_of(const Scene& scene) {
 
 constexpr std::uint32_t kNoFace = 0xffffffffu;
 
-/// What rows share.
+/// Data common to all rows.
 struct SectionView {
   SectionView(const Scene& s, const Acquisition& a, int n_slices_per_row)
       : scene(s),

@@ -9,9 +9,9 @@ namespace sarnerf {
 
 namespace {
 
-/// Rays through media: so many to a pixel, across the rays and, where faces are steep, in range.
+/// Rays through media per pixel, across the rays and, where faces are steep, in range.
 constexpr double kRaysPerPixel = 32.0;
-/// A medium that stops more than a third of the power within a bin answers at its surface, all in one bin a ray.
+/// A medium that attenuates by more than a third of the power within a bin scatters at its surface, each ray into one bin.
 constexpr double kRaysPerPixelIfDense = 256.0;
 constexpr double kDenseDepth = 0.4;
 constexpr double kMostParts = 65536.0;

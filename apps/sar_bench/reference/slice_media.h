@@ -9,8 +9,9 @@
 
 namespace sarnerf {
 
-/// The homogeneous translucent solids of a scene in one slice. Ray by ray they are integrated in closed form
-/// (docs/method/equations.md, E1, exact); rays are so close that faces hardly move between them. Scratch of one worker.
+/// The homogeneous translucent solids of a scene in one slice. They are integrated ray by ray in closed form
+/// (docs/method/equations.md, E1, exact). Rays are so close that the ranges of faces hardly change between them.
+/// Scratch of one worker.
 class SliceMedia {
  public:
   SliceMedia(const Scene& scene, const SliceFrame& frame, const Acquisition& view);
@@ -18,8 +19,8 @@ class SliceMedia {
   /// `lines`: cuts of the closed translucent pieces. They must stay as they are until the slice is done.
   void begin_slice(std::span<const SliceLine> lines);
 
-  /// Adds what the media scatter to `bins`. Calls part(line, first, last, weight) for each part of the visible
-  /// pieces of opaque `lines`, as it is seen through what lies before it.
+  /// Adds the power that the media scatter to `bins`. Calls part(line, first, last, weight) for each part of the
+  /// visible pieces of opaque `lines`; `weight` is the two-way transmittance of the media before it.
   template <class F>
   void run(std::span<const VisiblePiece> pieces, std::span<const SliceLine> lines, std::span<double> bins, F&& part);
 
@@ -34,12 +35,12 @@ class SliceMedia {
     std::uint32_t line;
   };
 
-  /// Makes active_ the lines that rays from `first` on meet, up to the next end of a line.
+  /// Sets active_ to the lines that rays meet between `first` and the next end of a line.
   void advance(double first);
-  /// Parts into which rays between two tangents are to be divided.
+  /// Number of parts into which the rays between two tangents are divided.
   int n_parts(double first, double last) const;
-  /// Deposits what a ray meets up to the bin coordinate `end`, times `weight`, and returns what comes back from
-  /// there, both ways.
+  /// Deposits the power that media scatter along a ray up to the bin coordinate `end`, times `weight`. Returns the
+  /// two-way transmittance to there.
   double integrate(double tangent, double end, double weight, std::span<double> bins);
 
   const Scene& scene_;

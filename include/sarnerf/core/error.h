@@ -6,8 +6,8 @@
 
 namespace sarnerf {
 
-/// Base of everything this library throws on purpose. A message says what was expected, what was
-/// found, where, and what to do about it, in one line. As itself: a failure at run time (full disk).
+/// Base class of all errors that this library throws on purpose. The message is one line: what was expected,
+/// what was found, where, and what to do about it. Error itself is thrown for failures at run time (full disk).
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -31,7 +31,7 @@ class GeometryError : public Error {
   using Error::Error;
 };
 
-/// A computation that left the finite numbers.
+/// A computation whose result is not finite.
 class NumericsError : public Error {
  public:
   using Error::Error;
@@ -47,7 +47,7 @@ class CheckpointError : public Error {
 class Interrupted : public Error {
  public:
   Interrupted() : Error("interrupted") {}
-  using Error::Error;  ///< with what was finished and how to continue
+  using Error::Error;  ///< message: what was finished and how to continue
 };
 
 }  // namespace sarnerf

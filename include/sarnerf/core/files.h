@@ -12,17 +12,17 @@
 
 namespace sarnerf {
 
-/// What a file survives once it is in place. Either way nobody ever sees a half-written file while the
+/// Failures that a file survives once it is in place. With either, no reader sees a half-written file while the
 /// machine stays up.
 enum class Durability {
-  process,  ///< the end of this process: for the many small files of a sweep, which can be made again
+  process,  ///< the end of this process: for the many small files of a sweep, which can be recomputed
   power,    ///< a power failure too: waits for the disk (fsync), 1 to 20 ms a file
 };
 
-/// Files that appear together or not at all: each is written under a temporary name beside its place,
-/// and commit() renames them all in the order of their adding. A full disk, an exception or an
-/// interrupt before that leaves every place as it was. Killed in the middle, the process leaves only
-/// temporary files, which is_temporary() recognises.
+/// A set of files that is put in place together. Each is written under a temporary name beside its path, and
+/// commit() renames them in the order in which they were added. A full disk, an exception or an interrupt before
+/// commit() leaves every path as it was; a process that is killed before it leaves only temporary files, which
+/// is_temporary() recognises. A failure within commit() leaves the files that were renamed so far in place.
 ///
 /// Errors (thrown as Error) name path, reason and what to do.
 class AtomicFiles {
@@ -36,11 +36,11 @@ class AtomicFiles {
   void add(const std::filesystem::path& path, std::span<const std::byte> bytes);
   void add(const std::filesystem::path& path, std::string_view text);
 
-  /// For writers that want a file's name: a temporary beside `path`, empty, to be written by the caller
-  /// before commit().
+  /// For writers that need a file name: creates an empty temporary file beside `path` and returns its name. The
+  /// caller writes it before commit().
   std::filesystem::path reserve(const std::filesystem::path& path);
 
-  /// Puts all of them in place, over what was there.
+  /// Renames all files to their paths; existing files are replaced.
   void commit();
 
   /// Whether a file of this name was left behind by a killed process and may be deleted.
@@ -64,16 +64,16 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view t
 /// something there is not a folder.
 void make_folder(const std::filesystem::path& folder);
 
-/// Throws Error unless files can be created in the folder; for asking before long work, not after it.
+/// Throws Error unless files can be created in the folder. Call it before long work, not after it.
 void require_writable(const std::filesystem::path& folder);
 
 }  // namespace sarnerf
 
-/// The one door through which files named by users are opened. A pipe would wait for ever, a device has no
-/// end: only regular files pass, and nothing else is opened at all.
+/// Checks of input files before anything opens them. Only regular files pass: reading a pipe could wait for ever,
+/// and a device has no end.
 namespace sarnerf {
 
-/// Size in bytes. Throws InputError, in one line, for what is missing, no regular file, or out of reach.
+/// Size in bytes. Throws InputError, in one line, for a path that is missing, not a regular file, or not accessible.
 std::uint64_t regular_file_size(const std::filesystem::path& path);
 
 /// The whole content; the file may be empty. Throws InputError as regular_file_size() does, and for a file

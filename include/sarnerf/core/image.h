@@ -42,8 +42,8 @@ class Image {
   std::vector<T> pixels_;
 };
 
-/// Bilinear value at a position in pixels: whole numbers are centres, pixels beyond the border are 0. 0 at a position
-/// that is no number.
+/// Bilinear interpolation at a position in pixels. Whole numbers are pixel centres; pixels beyond the border are 0.
+/// Returns 0 where the position is NaN.
 inline double bilinear(const Image<float>& image, double i, double j) {
   if (!(i > -1.0 && i < image.n_azimuth() && j > -1.0 && j < image.n_range())) return 0.0;
   const int i0 = static_cast<int>(std::floor(i)), j0 = static_cast<int>(std::floor(j));

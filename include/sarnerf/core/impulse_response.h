@@ -12,7 +12,7 @@
 
 namespace sarnerf {
 
-/// Spectral weighting of a processor: what trades resolution for sidelobes.
+/// Spectral weighting of a processor: it lowers sidelobes at the cost of resolution.
 ///
 /// | kind    | taper W(u), u = f/B in [−½, ½]                | parameters                          |
 /// |---------|-----------------------------------------------|-------------------------------------|
@@ -33,15 +33,15 @@ struct Window {
   bool operator==(const Window&) const = default;
 };
 
-/// "taylor:-35", "taylor:-35,5", "kaiser:6", "hamming", "hann", "none". Throws UsageError listing these,
-/// and for parameters that make no window: a sidelobe level outside −100 … −14 dB, n̄ outside 2 … 30 or
+/// "taylor:-35", "taylor:-35,5", "kaiser:6", "hamming", "hann", "none". Throws UsageError that lists these for any
+/// other text, and UsageError for invalid parameters: a sidelobe level outside −100 … −14 dB, n̄ outside 2 … 30 or
 /// too small for the level (missed by more than 2 dB, or a negative taper), β outside 0 … 50.
 Window window_from_text(std::string_view text);
 
-/// The inverse; every parameter is spelled out: "taylor:-35,4".
+/// The inverse of window_from_text(), with all parameters: "taylor:-35,4".
 std::string text_of(const Window& window);
 
-/// The window's taper and its transform, the impulse response of a band of width B at t = x B (x in
+/// The window's taper and its Fourier transform, the impulse response of a band of width B at t = x B (x in
 /// metres, B in cycles/m). The response is real, because the taper is symmetric about the band's centre.
 class Taper {
  public:
@@ -74,21 +74,21 @@ class Taper {
 struct Kernel {
   std::vector<double> taps{1.0};   ///< h_n for n = −reach … reach
   double bandwidth_per_m = 0.0;    ///< B (cycles/m); 0: no impulse response
-  double neglected_energy = 0.0;   ///< share of ∫|h|² beyond the taps, before they were normalised
-  int border = 0;                  ///< pixels within which all but 1 % of the energy lies
+  double neglected_energy = 0.0;   ///< fraction of ∫|h|² beyond the taps, before they were normalised
+  int border = 0;                  ///< distance from the centre (pixels) within which all but 1 % of the energy lies
 
   int reach() const { return static_cast<int>(taps.size() / 2); }
 
-  /// Σ |h_n|² of the taps that reach pixel `index` of an axis of `count` pixels from inside of it.
+  /// Σ |h_n|² over the taps that reach pixel `index` from pixels [0, count) of an axis.
   double energy_inside(int index, int count) const;
 };
 
-/// The separable impulse response of a processor. Default-constructed it leaves images alone.
+/// The separable impulse response of a processor. Default-constructed, it leaves images unchanged.
 struct ImpulseResponse {
   Kernel azimuth, range;
 };
 
-/// What a radar resolves, and by which weighting of its band.
+/// Resolution of a radar, and the weighting of its band.
 struct Resolution {
   double azimuth_m = 0.0, range_m = 0.0;  ///< −3 dB widths of |h|², along track and in slant range; not the pixel spacing
   Window window;
@@ -100,13 +100,13 @@ struct Resolution {
 /// `resolution_m` the −3 dB width of |h|² and b the window's broadening (F1, F3 in
 /// docs/guide/image_formation.md).
 ///
-/// Taps reach as far as all but 1e-10 of the energy, at most 128 / B (which leaves 8e-4 of the energy out
-/// without a window, 5e-5 with Taylor's). Throws UsageError when B exceeds
-/// 1 / spacing: then the samples are aliases, a point's energy depends on where in its pixel it lies,
-/// and no image of this spacing has this resolution.
+/// The taps hold all but 1e-10 of the energy, but reach at most 128 / B (which leaves out 8e-4 of the energy
+/// without a window, 5e-5 with Taylor's). Throws UsageError when B exceeds 1 / spacing: then the samples are
+/// aliased, a point's energy depends on its position within its pixel, and no image of this spacing has this
+/// resolution.
 Kernel make_kernel(const Window& window, double resolution_m, double spacing_m);
 
-/// Both axes' kernels. Throws as make_kernel.
+/// The kernels of both axes. Throws as make_kernel().
 ImpulseResponse impulse_response(const Resolution& resolution, double azimuth_spacing_m, double range_spacing_m);
 
 /// Pixels on every side of an image from which power leaks into it.
@@ -114,10 +114,10 @@ struct Border {
   int azimuth = 0, range = 0;
 };
 
-/// Wide enough for all but 1 % of the response's energy, at most one image of so many pixels on each side.
+/// Wide enough for all but 1 % of the response's energy, but at most the image's own size on each side.
 Border border_of(const ImpulseResponse& response, int n_azimuth, int n_range);
 
-/// The image without a border on every side, which must leave something.
+/// The image without a border on every side; pixels must remain.
 template <class T>
 Image<T> without_border(Image<T> image, const Border& border) {
   if (border.azimuth == 0 && border.range == 0) return image;
@@ -129,11 +129,11 @@ Image<T> without_border(Image<T> image, const Border& border) {
   return inside;
 }
 
-/// Σ |h_n|² of the mean power around each pixel, in place (F4 in docs/guide/image_formation.md). Nothing comes in from beyond the
-/// borders, and what leaks out is lost. Being symmetric, it is its own adjoint.
+/// Convolves the mean power with |h_n|², in place (F4 in docs/guide/image_formation.md). Pixels beyond the border are 0, and
+/// power that leaks out is lost. The operator is symmetric, so it is its own adjoint.
 ///
-/// The same bits for any number of threads and instruction set. Cost: O(pixels × taps); rows and pixels of no power are
-/// skipped. Values may be negative.
+/// The result is the same, bit by bit, for any number of threads and instruction set. Cost: O(pixels × taps); rows and
+/// pixels without power are skipped. Values may be negative.
 void convolve_power(Image<float>& power, const ImpulseResponse& response, const Monitor& monitor = {});
 
 }  // namespace sarnerf

@@ -9,10 +9,10 @@
 #include <ranges>
 #include <string>
 
-/// Order statistics. Each reorders the values, in O(n), and answers with one of them: nothing is interpolated.
+/// Order statistics. Each function reorders the values, in O(n), and returns one of them, without interpolation.
 namespace sarnerf {
 
-/// The value that has `rank` values before it in ascending order, or in that of `less`. There must be more values.
+/// The value at index `rank` (from 0) in ascending order, or in the order of `less`. There must be more than `rank` values.
 template <std::ranges::random_access_range Values, class Less = std::less<>>
 std::ranges::range_value_t<Values> value_of_rank(Values&& values, std::size_t rank, Less less = {}) {
   const auto place = std::ranges::begin(values) + static_cast<std::ptrdiff_t>(rank);
@@ -20,15 +20,15 @@ std::ranges::range_value_t<Values> value_of_rank(Values&& values, std::size_t ra
   return *place;
 }
 
-/// The value in the middle; of an even number of values the upper one of the two; zero of none.
+/// The value in the middle; the upper one of the two for an even number of values; zero for an empty range.
 template <std::ranges::random_access_range Values>
 std::ranges::range_value_t<Values> median(Values&& values) {
   const auto n = static_cast<std::size_t>(std::ranges::size(values));
   return n == 0 ? std::ranges::range_value_t<Values>{} : value_of_rank(values, n / 2);
 }
 
-/// The smallest value that at least a share, in [0, 1], of the values do not exceed: the ⌈share n⌉-th. There must be a
-/// value.
+/// The smallest value that at least a fraction `share`, in [0, 1], of the values do not exceed: the ⌈share n⌉-th. There
+/// must be a value.
 template <std::ranges::random_access_range Values>
 std::ranges::range_value_t<Values> quantile_reached(Values&& values, double share) {
   const auto last = static_cast<std::ptrdiff_t>(std::ranges::size(values)) - 1;
@@ -37,8 +37,7 @@ std::ranges::range_value_t<Values> quantile_reached(Values&& values, double shar
   return value_of_rank(values, static_cast<std::size_t>(rank));
 }
 
-/// The value at a share, in [0, 1], of the way from the smallest to the largest, or the next one below: of rank
-/// ⌊share (n − 1)⌋. There must be a value.
+/// The quantile at a fraction `share`, in [0, 1]: the value of rank ⌊share (n − 1)⌋. There must be a value.
 template <std::ranges::random_access_range Values>
 std::ranges::range_value_t<Values> quantile_below(Values&& values, double share) {
   const auto last = static_cast<double>(std::ranges::size(values) - 1);
@@ -62,8 +61,8 @@ struct RoundNumber {
 /// The largest round number that is not above a positive value.
 RoundNumber round_below(double value);
 
-/// The smallest round number that is not below a value, or below it by a millionth at most; 1 for what is not positive
-/// and finite.
+/// The smallest round number that is not below a value, or below it by a millionth at most; 1 for a value that is not
+/// positive and finite.
 double round_above(double value);
 
 /// m × 10^e written out, for m of zero or more: "250", "0.025".

@@ -14,40 +14,40 @@
 
 namespace sarnerf {
 
-/// Files of more bytes are not read: decoders count in int.
+/// Files larger than this (bytes) are not read: decoders count in int.
 inline constexpr std::uint64_t kMostImageFileBytes = (std::uint64_t(1) << 31) - 1;
 
-/// The bytes of a one-channel float32 TIFF without compression: every value comes back bit for bit.
-/// Rows and columns are those of the image. Depends on nothing but the pixels. About 4 bytes a pixel.
+/// The bytes of an uncompressed one-channel float32 TIFF. Every value is read back bit for bit. Rows and
+/// columns are those of the image. The bytes depend on the pixels only. About 4 bytes a pixel.
 std::vector<std::byte> encode_tiff(const Image<float>& image);
 
-/// The same of an 8-bit image.
+/// The same for an 8-bit image.
 std::vector<std::byte> encode_tiff(const Image<std::uint8_t>& image);
 
-/// What the header of an image file promises.
+/// Sizes stated in the header of an image file.
 struct ImageSize {
   std::uint64_t n_rows = 0, n_columns = 0;
   std::uint64_t decoded_bytes = 0;  ///< of the largest piece that is decoded at once
 };
 
-/// Reads the header of a file of read_image(). Throws InputError as that does.
+/// Reads the header of a file that read_image() accepts. Throws InputError as read_image() does.
 ImageSize read_image_size(const std::filesystem::path& path);
 
 /// Reads a float32 or float64 TIFF, or an 8- or 16-bit PNG, JPEG or TIFF. Integer codes become floats
 /// of the same value (physical value = code × the dataset's scale); colour files are accepted where
-/// they are grey. Rows and columns are those of the file: a dataset's `axes` say what they mean.
+/// they are grey. Rows and columns are those of the file: a dataset's `axes` define their meaning.
 /// Throws InputError for a missing, damaged, coloured, transparent or multi-channel file and for values
 /// that are not finite.
 Image<float> read_image(const std::filesystem::path& path);
 
-/// The same of a file's bytes; `where` names them in messages.
+/// The same for a file's bytes; `where` names them in messages.
 Image<float> decode_image(std::span<const std::byte> bytes, const std::string& where);
 
 /// Red, green, blue.
 using Colour = std::array<std::uint8_t, 3>;
 
-/// Values as colours that grow evenly brighter (viridis), from `low` (dark violet) to `high` (yellow);
-/// clamped beyond. What is not finite is black.
+/// Maps values to the viridis colours, evenly brighter from `low` (dark violet) to `high` (yellow), clamped
+/// beyond. Values that are not finite become black.
 Image<Colour> colour_map(const Image<float>& values, float low, float high);
 
 /// The bytes of an 8-bit colour PNG.
@@ -56,7 +56,7 @@ std::vector<std::byte> encode_png(const Image<Colour>& picture);
 /// How a display picture maps brightness to grey.
 struct DisplayRange {
   double range_db = 40.0;     ///< from white down to black
-  double percentile = 99.9;   ///< of the pixels above zero: white. A few glints do not darken the rest
+  double percentile = 99.9;   ///< of the pixels above zero, shown white: a few glints do not darken the rest
 };
 
 /// The value shown white: the percentile of the image's positive pixels; 0 for a blank image. O(pixels).
@@ -66,9 +66,9 @@ float white_level(const Image<float>& image, const DisplayRange& range = {});
 double level_db(float level, Quantity quantity);
 
 /// Grey levels of an image in decibels: white at `white` and above, black at `range_db` below it and for
-/// everything that is not positive. A blank image is black. The picture is for the eye; figures belong to
-/// the TIFF. Rows and columns stay where they are: row 0 on top, near range on the left. Pictures that are
-/// to be compared share one white level.
+/// everything that is not positive. A blank image is black. The picture is for display; measurements need
+/// the TIFF. Rows and columns keep their order: row 0 on top, near range on the left. Pictures that are to
+/// be compared need the same white level.
 Image<std::uint8_t> display_levels(const Image<float>& image, Quantity quantity, float white,
                                    const DisplayRange& range = {});
 

@@ -47,7 +47,7 @@ Calibration calibration_from_name(std::string_view name);
 int calibrate(Image<float>& beta0, const Acquisition& acquisition, double reference_height_m,
               Calibration calibration);
 
-/// Power to amplitude in place.
+/// Converts power to amplitude in place.
 void take_amplitude(Image<float>& power);
 
 /// What a file's rows or columns run along: azimuth rows i or slant-range bins j, forwards or backwards.
@@ -78,19 +78,20 @@ struct Dataset {
   Calibration calibration = Calibration::beta0;
   double scale = 1.0;  ///< physical value = stored value or code × scale
   glm::dvec3 aim_m{0.0};
-  Box scene_box_m;  ///< what the swath sees; see scene_box_of_swath
-  /// Whether the views' poses are exact to a hundredth of a pixel, as simulated ones are; measured chips are cut about the target.
+  Box scene_box_m;  ///< extent of the swaths; see scene_box_of_swath
+  /// Whether the views' poses are exact to a hundredth of a pixel. Simulated ones are; those of measured chips are not,
+  /// since chips are cut about the target.
   bool exact_poses = false;
-  std::optional<Resolution> resolution;  ///< of the impulse response that all images have; none: unknown, or none
+  std::optional<Resolution> resolution;  ///< of the impulse response of all images; empty: unknown, or no response applied
   std::vector<DatasetView> views;
-  std::size_t n_planned_views = 0;  ///< of an interrupted sweep: how many views it will have; 0: all are there
+  std::size_t n_planned_views = 0;  ///< final number of views of an interrupted sweep; 0: all views exist
   std::map<std::string, std::vector<std::string>> splits;  ///< name to images, disjoint
   std::string provenance_json = "{}";  ///< a JSON object, kept as it is
 
   bool unfinished() const { return n_planned_views > views.size(); }
 };
 
-/// "31 of 576 views: …", what to tell who reads an unfinished dataset, and how it is finished; empty for a whole one.
+/// Message about an unfinished dataset and how to finish it, "31 of 576 views: …"; empty for a complete one.
 std::string unfinished_text(const Dataset& dataset);
 
 /// Name of the manifest in a dataset's folder.
@@ -100,7 +101,7 @@ inline constexpr std::string_view kManifestName = "dataset.json";
 Acquisition acquisition_of(const DatasetView& view, const glm::dvec3& aim_m);
 
 /// The part of the world that the views' swaths see, from the acquisitions alone (a box taken from the
-/// mesh would tell a learner the answer):
+/// mesh would reveal the scene's extent to the field):
 ///
 ///     x, z   aim ± ½ hypot(n_az Δa, n_rg Δr / sin θ)
 ///     y      from the aim to ½ n_rg Δr / cos θ above it
@@ -112,24 +113,24 @@ Box scene_box_of_swath(const glm::dvec3& aim_m, std::span<const DatasetView> vie
 /// a dataset that parse_manifest would refuse.
 std::string manifest_text(const Dataset& dataset);
 
-/// One view as the JSON object that stands for it in a manifest.
+/// One view as the JSON object that a manifest holds for it.
 std::string view_text(const DatasetView& view);
 
-/// Reads and validates a manifest; `where` names it in messages. Throws InputError with the place
+/// Reads and validates a manifest; `where` names it in messages. Throws InputError with the location
 /// ("dataset.json: views[3].look: …") for syntax, unknown or missing keys, wrong types, a version from
 /// the future, values out of range, both angles missing or contradicting each other, an altitude that
 /// contradicts range and angle, images outside of the folder or listed twice, and splits that overlap.
 Dataset parse_manifest(std::string_view text, const std::string& where);
 
-/// parse_manifest on the dataset.json of a folder. Where there is none, the InputError says whether a program was killed
-/// there before it wrote one.
+/// parse_manifest on the dataset.json of a folder. If there is none, the InputError reports whether a program was stopped
+/// before it wrote one.
 Dataset read_manifest(const std::filesystem::path& folder);
 
 /// SHA-256 of a dataset: of its manifest and its images in the manifest's order, in the form
 ///
 ///     sha256sum dataset.json IMAGE… | sha256sum
 ///
-/// so that a model can say what it was learned from. Throws InputError for a file that cannot be read, Interrupted when
+/// so that a model can name the dataset it was trained on. Throws InputError for a file that cannot be read, Interrupted when
 /// the monitor asks for it. Cost: reading all images, in parallel.
 std::string dataset_fingerprint(const std::filesystem::path& folder, const Dataset& dataset,
                                 const Monitor& monitor = {});

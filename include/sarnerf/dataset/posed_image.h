@@ -16,8 +16,8 @@
 
 namespace sarnerf {
 
-/// Whether an image can have this depression (deg): the incidence, 90 less it, lies inside (0°, 90°) after rounding,
-/// too.
+/// Whether an image can have this depression (deg): the incidence, 90° minus it, lies inside (0°, 90°) even after
+/// rounding.
 constexpr bool is_depression(double depression_deg) {
   return depression_deg > 0.0 && depression_deg < 90.0 && 90.0 - depression_deg < 90.0;
 }
@@ -29,7 +29,7 @@ struct PosedImage {
   Image<float> power;       ///< linear power: stored value × scale, squared where the dataset holds amplitudes
 };
 
-/// Reads the images of views `which` (places in dataset.views), brings their axes to [+i, +j], applies the
+/// Reads the images of views `which` (indices into dataset.views), brings their axes to [+i, +j], applies the
 /// dataset's scale and squares amplitudes. Throws InputError, naming the image, where it is missing, has other
 /// sizes than the manifest says, or holds negative values or values that are not finite; Interrupted when the
 /// monitor asks for it. Cost: reading the files, in parallel.
@@ -45,39 +45,39 @@ Image<float> to_radar_axes(const Image<float>& file, const std::array<Axis, 2>& 
 /// Registration.
 namespace sarnerf {
 
-/// Standard deviation (pixels, along each axis) of where measured chips are cut, the prior of their shifts. Four MSTAR targets have
-/// 0.6 to 0.8 (docs/method/learning.md).
+/// Standard deviation (pixels, along each axis) of the cut positions of measured chips, used as prior of their shifts.
+/// Four MSTAR targets have 0.6 to 0.8 (docs/method/learning.md).
 inline constexpr double kCut_pixels = 1.0;
 
-/// Takes the scene's common translation t out of the images' shifts: it moves view v by h_v · t along track and by k_v · t in range,
-/// and no set of images can say where it is as a whole. Least squares over all views; unchanged for fewer than two views.
+/// Removes the scene's common translation t from the images' shifts. It shifts view v by h_v · t along track and by
+/// k_v · t in range, and no set of images determines it. Least squares over all views; fewer than two are unchanged.
 void remove_common_translation(std::span<PosedImage> images);
 
 }  // namespace sarnerf
 
-/// What images show around the scene: nothing, an even ground, or speckle.
+/// The background of images around the scene: none, an even ground, or speckle.
 namespace sarnerf {
 
-/// Whether most of the pixels return power: the images show a ground, or clutter, and zeros tell nothing of space.
+/// Whether most of the pixels return power: the images show ground or clutter, and zeros are no evidence of empty space.
 bool has_background(std::span<const PosedImage> images);
 
-/// Whether that background is there to be seen: most of the pixels return more than the brightest one less 80 dB. The
-/// tails of an impulse response or of a smooth object are positive everywhere, and are no background.
+/// Whether that background is visible: most of the pixels return more than 80 dB below the brightest one. The tails of
+/// an impulse response or of a smooth object are positive everywhere, but are no background.
 bool has_visible_background(std::span<const PosedImage> images);
 
-/// Looks of which the images' speckle is made: the median over up to 24 views of equivalent_looks() at the quantile
-/// 0.9 of each view's windows. Texture of a ground without speckle has windows that are flat, and speckle has none, so
-/// it is the flattest windows that tell them apart; the price is an estimate too high by about half, and by 2.5 times
-/// where neighbouring pixels are much alike (equivalent_looks() has the figures). None without a visible background.
+/// Equivalent number of looks of the images' speckle: the median over up to 24 views of equivalent_looks() at the
+/// quantile 0.9 of each view's windows. Texture of a ground without speckle has flat windows, speckle has none: the
+/// flattest windows distinguish them. The estimate is therefore too high by about half, and by a factor of 2.5 where
+/// neighbouring pixels are highly correlated (figures: equivalent_looks()). None without a visible background.
 std::optional<double> looks_of(std::span<const PosedImage> images);
 
-/// Whether there is speckle to be rid of: a visible background of fewer than 50 looks, a fluctuation of 14 % and more.
+/// Whether speckle is worth suppressing: a visible background of fewer than 50 looks, a fluctuation of 14 % or more.
 bool is_speckle(std::optional<double> looks);
 bool is_speckled(std::span<const PosedImage> images);
 
-/// Places of incidences (rad), grouped by pitch, smallest first: neighbours in order that differ by 0.25° or less are of one
-/// pitch. Within a pitch they keep their order.
-std::vector<std::vector<std::size_t>> places_by_pitch(std::span<const double> incidence_rad);
+/// Indices of incidences (rad), grouped by pitch, smallest first. Sorted incidences belong to one pitch as long as they
+/// follow each other by 0.25° or less. Within a pitch, indices keep their order.
+std::vector<std::vector<std::size_t>> indices_by_pitch(std::span<const double> incidence_rad);
 
 }  // namespace sarnerf
 
@@ -85,7 +85,7 @@ namespace sarnerf {
 
 /// A pixel that no scatterer explains.
 struct Outlier {
-  std::size_t image = 0;  ///< place in the list of images
+  std::size_t image = 0;  ///< index in the list of images
   int i = 0, j = 0;       ///< azimuth row, range bin
   float power = 0.0f;     ///< as it was found
   float limit = 0.0f;     ///< the largest power of the pixels that are no outliers
@@ -94,20 +94,20 @@ struct Outlier {
 /// Damaged pixels of a set of images of one scene, brightest first.
 ///
 /// A scatterer is seen in more than one pixel: the impulse response spreads it, and other views see it, too. So the
-/// powers of a set of images go up to the largest without a gap. Pixels above the lowest gap of a factor of ten among the
-/// largest powers are outliers if they are at most one in 10,000 (or a single one) and lie in at most a quarter of the
-/// images; sets of fewer than four images have none. A flash of a wall, which is bright in one view only, has more pixels
-/// than that. Neither the solids, vehicles and buildings that this project measures with, clean or speckled, nor any of the
-/// ten classes of MSTAR has an outlier.
+/// sorted powers of a set of images have no large gap up to the largest. Pixels above the lowest gap of a factor of ten
+/// among the largest powers are outliers if they are at most one in 10,000 (or a single one) and lie in at most a quarter
+/// of the images; sets of fewer than four images have none. A flash of a wall, which is bright in one view only, has more
+/// pixels than that. No outlier was found in the solids, vehicles and buildings that this project measures with, clean or
+/// speckled, nor in any of the ten classes of MSTAR.
 ///
 /// Cost: one pass over all pixels.
 std::vector<Outlier> find_outliers(std::span<const PosedImage> images);
 
-/// Sets the outliers of find_outliers() to their limit and returns them: one such pixel would else be all that a mean
-/// square counts, and the peak that every PSNR refers to.
+/// Sets the outliers of find_outliers() to their limit and returns them. Otherwise one such pixel would dominate every
+/// mean square and set the peak that every PSNR refers to.
 std::vector<Outlier> limit_outliers(std::span<PosedImage> images);
 
-/// One line for a warning: which image, which pixel, what it holds, what it counts for.
+/// One line for a warning: the image, the pixel, its power, and the power that is used instead.
 std::string outlier_text(const Outlier& outlier, std::span<const PosedImage> images);
 
 }  // namespace sarnerf

@@ -14,20 +14,20 @@
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/evaluation/baseline.h"
 
-/// What can be said of an image with a background beyond PSNR, which bright scatterers decide and speckle saturates
+/// Scores of images with a background, beside PSNR. PSNR is dominated by bright scatterers and saturated by speckle
 /// (docs/guide/metrics.md).
 namespace sarnerf {
 
 struct BackgroundRule {
-  double range_db = 40.0;      ///< of log amplitudes, below the peak
-  RegionRule regions{};        ///< target and shadow, of truth and of prediction
-  LooksRule looks{};           ///< counted where the truth has neither
-  int n_scatterers = 5;        ///< the strongest
-  double separation_m = 1.0;   ///< between them
+  double range_db = 40.0;      ///< range of log amplitudes, below the peak
+  RegionRule regions{};        ///< of target and shadow, in truth and prediction
+  LooksRule looks{};           ///< looks are estimated where the truth has neither
+  int n_scatterers = 5;        ///< number of strongest scatterers
+  double separation_m = 1.0;   ///< least distance between them
 };
 
-/// Scores of one image, or their means over views: of looks the harmonic mean, that of the fluctuation; of all else
-/// the mean over the views that have a value. All finite.
+/// Scores of one image, or their means over the views that have a value. Looks have the harmonic mean, which averages
+/// 1/looks (the relative variance); all other scores the arithmetic mean. All finite.
 struct BackgroundScores {
   double log_amplitude_error_db = 0.0;  ///< log_amplitude_error_db()
   double log_amplitude_psnr_db = 0.0;   ///< 20 log₁₀(range / that error), kMostPsnr_db at the most
@@ -38,58 +38,59 @@ struct BackgroundScores {
   std::optional<double> scatterer_error_m;
 };
 
-/// Judges a power image. Regions of the prediction follow the same rule, relative to its own background, so that a
-/// factor on it changes no region; without a background it has no regions, and no overlap. A prediction without local
-/// maxima misses the scatterers by the image's diagonal. Throws UsageError when sizes differ or the peak is not
+/// Scores a power image. Regions of the prediction follow the same rule, relative to its own background, so that a gain
+/// factor changes no region; without a background it has no regions, and no overlap. For a prediction without local
+/// maxima, the scatterer error is the image's diagonal. Throws UsageError when sizes differ or the peak is not
 /// positive. Cost: a blur, and some 10 passes over the image.
 BackgroundScores score_background(const Image<float>& power, const PosedImage& truth, double peak,
                                   const BackgroundRule& rule = {});
 
-/// Throws UsageError where there is none.
+/// Throws UsageError without views.
 BackgroundScores mean_of(std::span<const BackgroundScores> views);
 
 }  // namespace sarnerf
 
-/// How good images of unseen views are, beside what interpolation between the training images gives on the very
-/// same views.
+/// Scores of images of unseen views, beside those of interpolation between the training images on the same views.
 namespace sarnerf {
 
-/// Largest PSNR that a score can have (dB). Equal images would have an infinite one, which neither JSON nor a mean
-/// can hold; 100 dB below the peak is far below all that is ever displayed or learned.
+/// Largest PSNR that a score can have (dB). Equal images would have an infinite PSNR, which neither JSON nor a mean
+/// can hold. 100 dB below the peak is far below anything that is displayed or learned.
 inline constexpr double kMostPsnr_db = 100.0;
 
-/// PSNR after the best shift of a prediction: an upper bound for what its geometry can be, since the truth chooses the shift.
+/// PSNR after the best shift of a prediction: an upper bound for what a better geometry can reach, since the truth chooses
+/// the shift.
 struct RegisteredScores {
   double psnr_power_db = 0.0, psnr_amplitude_db = 0.0;
 };
 
-/// Allows one shift of at most two pixels along each axis, and no gain: the one with the least square error of amplitude over the
-/// even blocks of 16 x 16 pixels (a chessboard), found by whole pixels, then Gauss and Newton's steps. Scores are of the odd blocks.
-/// Power is interpolated by Lanczos' kernel of eight taps, which keeps the band; the border is repeated. Throws UsageError when
-/// sizes differ, the peak is not positive or the image has no odd block. Cost: 25 whole and 6 interpolated comparisons.
+/// Scores a prediction after one shift of at most two pixels along each axis, without a gain. The shift has the least squared
+/// error of amplitude over the even blocks of 16 x 16 pixels (a chessboard); it is found by whole pixels, then by Gauss-Newton
+/// steps. The scores are those of the odd blocks. Power is interpolated by Lanczos' kernel of eight taps, which keeps the
+/// band; the border is repeated. Throws UsageError when sizes differ, the peak is not positive or the image has no odd
+/// block. Cost: 25 comparisons at whole-pixel and 6 at interpolated shifts.
 RegisteredScores score_registered(const Image<float>& power, const PosedImage& truth, double peak);
 
 /// Scores of one image, or their means over views. All finite.
 struct Scores {
   double psnr_power_db = 0.0;      ///< of linear power
   double psnr_amplitude_db = 0.0;  ///< of its square root
-  /// Of power, over the dilated target; none where the truth is blank.
+  /// PSNR of power over the dilated target; none where the truth is blank.
   std::optional<double> psnr_target_power_db;
   double ssim_power = 0.0;
-  std::optional<double> lpips;  ///< none unless asked for
-  std::optional<BackgroundScores> background;  ///< none where the truth's images have no background
-  std::optional<RegisteredScores> registered;  ///< none unless asked for
+  std::optional<double> lpips;  ///< none unless requested
+  std::optional<BackgroundScores> background;  ///< none if the truth has no visible background
+  std::optional<RegisteredScores> registered;  ///< none unless requested
 };
 
-/// One way of predicting images, judged on all views.
+/// One method of predicting images, scored on all views.
 struct MethodScores {
   std::string name;
   std::vector<Scores> views;  ///< in the order of the truth
-  Scores mean;                ///< of the values in dB; over the views that have a value
-  int n_capped = 0;           ///< views whose PSNR of power stands at kMostPsnr_db
+  Scores mean;                ///< decibels averaged as such, over the views that have a value
+  int n_capped = 0;           ///< views whose PSNR of power is kMostPsnr_db
 };
 
-/// Which view a row of scores belongs to.
+/// The view that a row of scores belongs to.
 struct EvaluatedView {
   std::string name;
   double azimuth_rad = 0.0;
@@ -97,18 +98,19 @@ struct EvaluatedView {
 };
 
 struct Evaluation {
-  double peak_power = 0.0;  ///< what all PSNR and SSIM refer to; amplitudes to its square root
+  double peak_power = 0.0;  ///< reference of all PSNR and SSIM; its square root for amplitudes
   TargetRule target;
   std::vector<EvaluatedView> views;
-  std::optional<MethodScores> prediction;  ///< none when only the baselines were judged
+  std::optional<MethodScores> prediction;  ///< none if only the baselines were scored
   std::vector<MethodScores> baselines;     ///< none without training images
-  std::vector<MethodScores> bounds;        ///< what knows more than any method may
-  std::optional<BackgroundRule> background;  ///< of the scores that need one; none where there are none
+  std::vector<MethodScores> bounds;        ///< scores of EvaluationSettings::bounds
+  std::optional<BackgroundRule> background;  ///< rule of the background scores; none if there are none
 
   /// The baseline with the highest mean PSNR of power; null where there is none.
   const MethodScores* best_baseline() const;
 
-  /// Mean PSNR of power above the best baseline's (dB): what a learned field adds. None where either is missing.
+  /// The prediction's mean PSNR of power minus the best baseline's (dB): the gain of a learned field. None where either
+  /// is missing.
   std::optional<double> margin_db() const;
 };
 
@@ -117,7 +119,7 @@ struct Evaluation {
 using ImageDistance =
     std::function<double(const Image<float>& power, const Image<float>& truth, double peak)>;
 
-/// Images to be judged beside the prediction that were made of what no method knows, such as other views of the truth.
+/// Images to be scored beside the prediction, made from data that no method may use, such as other views of the truth.
 struct Bound {
   std::string name;
   std::vector<Image<float>> images;  ///< one a view
@@ -129,26 +131,25 @@ struct EvaluationSettings {
   std::optional<std::vector<Baseline>> baselines;  ///< unless given, default_baselines()
   ImageDistance lpips;                             ///< empty: not computed
   std::vector<Bound> bounds;
-  bool oracle_registered = false;  ///< score_registered() every image, too
-  BackgroundRule background;  ///< of use where the truth has_visible_background()
+  bool oracle_registered = false;  ///< also score_registered() every image
+  BackgroundRule background;  ///< used where the truth has_visible_background()
 };
 
-/// Largest power of all images. Throws InputError when they are blank or there are none: nothing can be compared
-/// relative to them.
+/// Largest power of all images. Throws InputError when they are blank or there are none: then PSNR has no reference.
 double peak_power(std::span<const PosedImage> images);
 
 /// Scores of one image, relative to a peak. Throws UsageError when sizes differ or the peak is not positive;
-/// NumericsError, naming the view, for an image that holds values that are not finite. Powers below zero, which a
+/// NumericsError, naming the view, for an image with values that are not finite. Powers below zero, which a
 /// method may predict, have amplitude zero. Without LPIPS and score_background().
 Scores score_view(const Image<float>& power, const PosedImage& truth, double peak,
                   const TargetRule& target = {});
 
-/// Judges predictions of the views in `truth`, and each baseline and bound on the same views. `predictions` are linear power
+/// Scores predictions of the views in `truth`, and each baseline and bound on the same views. `predictions` are linear power
 /// on the grids of the truth, one a view, or none at all; without `training` there are no baselines and the
 /// settings must name the peak. Throws UsageError when counts or sizes do not fit or there is no view, NumericsError
 /// for predictions that are not finite, InputError for blank training images, Interrupted when the monitor asks
-/// for it. Views in parallel, the same result for any number of threads; LPIPS one after the
-/// other. Memory: one image a thread.
+/// for it. Views are scored in parallel, with the same result for any number of threads; LPIPS runs view after view.
+/// Memory: one image a thread.
 Evaluation evaluate(std::span<const PosedImage> truth, std::span<const Image<float>> predictions,
                     std::span<const PosedImage> training, const EvaluationSettings& settings = {},
                     const Monitor& monitor = {});
@@ -157,31 +158,31 @@ Evaluation evaluate(std::span<const PosedImage> truth, std::span<const Image<flo
 
 namespace sarnerf {
 
-/// Measured views averaged with their neighbours, for want of a truth without speckle.
+/// Measured views averaged with their neighbours: a truth with less speckle, where none without speckle exists.
 struct DespeckledTruth {
-  std::vector<std::size_t> which;  ///< places of these views among those that the truth was made of
+  std::vector<std::size_t> which;  ///< indices of these views among those that the truth was made of
   std::vector<PosedImage> views;  ///< the truth, each named and posed as the view in its middle
-  /// Of each, the mean of other views about it: an estimate as good as the truth itself and independent of it. What is
-  /// as close to the truth as this is as good as measuring.
+  /// For each view, the mean of other views about it: an estimate as good as the truth itself and independent of it. A
+  /// prediction that is as close to the truth as this mean is as good as a measurement.
   std::vector<Image<float>> true_neighbours;
 };
 
-/// Splits views that nobody trained on, pitch by pitch (see Interpolation), into the first, third, fifth … and the
-/// second, fourth, … in the order of azimuth. The truth is the mean of the odd views, in power, not further than
-/// `reach_rad` in azimuth from an odd one, each turned to its azimuth and incidence as rotated_linear turns them, by
-/// the level plane through the aim point: over a few degrees its height matters little. Its true neighbours are
-/// the same of the even views. Odd views without another odd one and without an even one within reach are left out.
+/// Splits views that were not trained on, pitch by pitch (see Interpolation), into the first, third, fifth … (odd) and the
+/// second, fourth, … (even) in the order of azimuth. The truth of an odd view is the mean power of the odd views within
+/// `reach_rad` of it in azimuth. Each is turned to its azimuth and incidence as by rotated_linear, by the level plane
+/// through the aim point: over a few degrees the plane's height matters little. The true neighbours are the same mean of
+/// the even views. Odd views without another odd one or without an even one within reach are left out.
 ///
-/// At intervals of a degree a reach of 3° has two or three views each, so that the truth keeps some speckle, and no
-/// method that is judged by it can come as close as to a clean one.
+/// At intervals of a degree, a reach of 3° has two or three views each. So the truth keeps some speckle, and no method can
+/// come as close to it as to a clean truth.
 ///
 /// Throws UsageError for a reach that is not in (0, π), and as interpolate_view() for the views. Cost: a turned image
 /// for each view within reach.
 DespeckledTruth despeckled_truth(std::span<const PosedImage> unseen, double reach_rad);
 
 /// evaluate() on a despeckled truth, with two bounds: its true neighbours, and those blurred (σ of one pixel).
-/// `predictions` are of all the views that the truth was made of, in their order, or none. Settings' own bounds must
-/// be of the truth's views. Throws and costs as evaluate().
+/// `predictions` are those of all views that the truth was made of, in their order, or none. The settings' own bounds
+/// must have one image for each of the truth's views. Throws and costs as evaluate().
 Evaluation evaluate_despeckled(const DespeckledTruth& truth,
                                std::span<const Image<float>> predictions,
                                std::span<const PosedImage> training, EvaluationSettings settings = {},

@@ -11,11 +11,11 @@
 
 namespace sarnerf {
 
-/// Voxels along one side of a brick, and in a brick: OpenVDB's leaf nodes have the same.
+/// Voxels along one side of a brick, and in a brick, as in OpenVDB's leaf nodes.
 inline constexpr int kBrickSide = 8;
 inline constexpr int kBrickVoxels = kBrickSide * kBrickSide * kBrickSide;
 
-/// What BrickTopology::find() gives where there is no brick.
+/// Returned by BrickTopology::find() where there is no brick.
 inline constexpr std::uint32_t kNoBrick = 0xffffffffu;
 
 /// Bricks lie between −kMaxBrick and kMaxBrick along each axis, voxels within 2³⁰.
@@ -26,32 +26,32 @@ inline glm::ivec3 brick_of_voxel(const glm::ivec3& voxel) {
   return {voxel.x >> 3, voxel.y >> 3, voxel.z >> 3};
 }
 
-/// Position of a voxel in its brick, [0, 512): z fastest, as in OpenVDB's leaf nodes.
+/// Offset of a voxel in its brick, [0, 512): z fastest, as in OpenVDB's leaf nodes.
 inline int offset_in_brick(const glm::ivec3& voxel) {
   return ((voxel.x & 7) * kBrickSide + (voxel.y & 7)) * kBrickSide + (voxel.z & 7);
 }
 
-/// The voxel at such a position, in a brick whose first voxel is the origin. Of a place in an array over many bricks, 512
-/// voxels each, its voxel within its brick.
+/// The inverse: the voxel at an offset, relative to the first voxel of its brick. The offset may also be an index into an
+/// array over many bricks, 512 voxels each.
 template <std::integral Offset>
 constexpr glm::ivec3 voxel_in_brick(Offset offset) {
   return {static_cast<int>(offset >> 6 & 7), static_cast<int>(offset >> 3 & 7), static_cast<int>(offset & 7)};
 }
 
-/// Where the bricks of a sparse grid are, without their values. Bricks are numbered in the order in
-/// which they were inserted; the number is the brick's place in every array of values over this
+/// Positions of the bricks of a sparse grid, without their values. Bricks are numbered in the order in
+/// which they were inserted; the number is the brick's index in every array of values over this
 /// topology.
 ///
 /// Two levels: a hash table of tiles of 8³ bricks, each tile a table of brick numbers. Memory grows with
-/// occupied tiles, 2 KiB each, and not with the empty space between them. Beside that every brick knows
-/// its neighbours, because a third of all cells of eight voxels reach into them.
+/// the number of occupied tiles, 2 KiB each, and not with the empty space between them. In addition, the numbers
+/// of each brick's neighbours are stored, because a third of all cells of eight voxels reach into them.
 class BrickTopology {
  public:
-  /// Numbers of a brick and of its neighbours towards larger coordinates: bits 2, 1 and 0 of the place stand
-  /// for a step along x, y and z. kNoBrick where there is none.
+  /// Numbers of a brick and of its neighbours towards larger coordinates: bits 2, 1 and 0 of the index stand
+  /// for a step along x, y and z. kNoBrick where there is no brick.
   using Neighbours = std::array<std::uint32_t, 8>;
 
-  /// Number of the brick, which is appended if it is new. Throws UsageError beyond kMaxBrick. Cost: some
+  /// Number of the brick, which is appended if it is new. Throws UsageError beyond kMaxBrick. Cost: about
   /// fifteen look-ups.
   std::uint32_t insert(const glm::ivec3& brick);
 
@@ -62,7 +62,7 @@ class BrickTopology {
   const glm::ivec3& coordinate(std::uint32_t brick) const { return coordinates_[brick]; }
   const Neighbours& neighbours(std::uint32_t brick) const { return neighbours_[brick]; }
 
-  /// All of the index's memory, allocated or used.
+  /// All allocated memory, used or not.
   std::size_t memory_bytes() const;
 
  private:
@@ -84,7 +84,7 @@ class BrickTopology {
   std::vector<Neighbours> neighbours_;
 };
 
-/// Finds many bricks that lie close to one another: remembers the last tile, so that most look-ups are one
+/// Finds many bricks that lie close to one another. It keeps the last tile, so that most look-ups are one
 /// comparison and one load. The topology must outlive it and not change meanwhile. One per thread.
 class BrickFinder {
  public:
@@ -95,7 +95,7 @@ class BrickFinder {
     return numbers_ ? (*numbers_)[static_cast<std::size_t>(offset_in_brick(brick))] : kNoBrick;
   }
 
-  /// Whether the brick lies in a tile, 8 bricks along a side, without any.
+  /// Whether the brick lies in a tile, 8 bricks along a side, that has no bricks.
   bool in_empty_tile(const glm::ivec3& brick) {
     if (brick_of_voxel(brick) != tile_) go_to_tile(brick_of_voxel(brick));
     return numbers_ == nullptr;
@@ -109,8 +109,8 @@ class BrickFinder {
   const BrickTopology::Tile* numbers_ = nullptr;
 };
 
-/// Where voxels are. Values sit at voxel centres, which have integer index coordinates, as in OpenVDB.
-/// `origin_m` is in the frame of the points that are asked for: relative to the aim point for those of
+/// From points to voxel indices. Values belong to voxel centres, which have integer index coordinates, as in
+/// OpenVDB. `origin_m` is in the frame of the sampled points: relative to the aim point for those of
 /// a SampleBatch, which keeps float32 exact for scenes in map coordinates.
 struct GridTransform {
   glm::dvec3 origin_m{0.0};  ///< centre of voxel (0, 0, 0)
@@ -124,7 +124,7 @@ struct GridTransform {
   }
 };
 
-/// A grid whose values belong to somebody else: a BrickGrid, or a tensor of a training framework.
+/// A grid whose values are owned elsewhere: by a BrickGrid, or by a tensor of a training framework.
 /// `T` is float or double, const for grids that are only read.
 template <class T>
 struct BrickView {
@@ -141,18 +141,19 @@ struct BrickView {
   operator BrickView<const T>() const { return {topology, transform, n_channels, values}; }
 };
 
-/// Throws UsageError unless the values have the length that topology and channels ask for.
+/// Throws UsageError unless there are a topology, a channel or more, a positive voxel size, and as many values as
+/// topology and channels require.
 void validate(const BrickView<const float>& grid);
 void validate(const BrickView<const double>& grid);
 
-/// Sparse grid that owns its values: new bricks are 0, and so is everything outside of them.
+/// Sparse grid that owns its values. New bricks are 0, and so is the space outside of all bricks.
 template <class T>
 class BrickGrid {
  public:
   BrickGrid(const GridTransform& transform, int n_channels)
       : transform_(transform), n_channels_(n_channels) {}
 
-  /// Makes room for values, so that they are allocated once. Invalidates views.
+  /// Reserves memory for the values, so that they are allocated once. Invalidates views.
   void reserve_bricks(std::size_t n_bricks) {
     values_.reserve(n_bricks * kBrickVoxels * static_cast<std::size_t>(n_channels_));
   }
@@ -184,24 +185,24 @@ class BrickGrid {
   std::vector<T> values_;
 };
 
-/// Which cells of an interpolated grid are not 0 throughout. A cell is the cube between eight neighbouring
-/// voxel centres and has the index of the lowest; a brick of cells has 8 along a side. Exact for channels
-/// that are 0 or positive.
+/// The occupied cells of an interpolated grid: those with a corner that is not 0. A cell is the cube between eight
+/// neighbouring voxel centres and has the index of the lowest; a brick of cells has 8 along a side. Exact for
+/// channels that are 0 or positive.
 class Occupancy {
  public:
-  /// Looks at the first `n_channels` channels and, if not negative, at channel `also`. Linear in voxels.
+  /// Uses the first `n_channels` channels and, if `also` is not negative, channel `also`. Linear in voxels.
   Occupancy(const BrickView<const float>& grid, int n_channels, int also = -1);
 
-  /// Bricks of cells in which any is occupied. They reach one voxel further than the grid's.
+  /// Bricks of cells with an occupied cell. They reach one voxel further than the grid's bricks, towards smaller indices.
   const BrickTopology& bricks() const { return bricks_; }
 
-  /// A cell of a brick; `cell` may be anywhere in space.
+  /// Whether a cell is occupied, given the number of the brick that holds it; `cell` is its index in the whole grid.
   bool cell(std::uint32_t brick, const glm::ivec3& cell) const {
     const int bit = (cell.y & 7) * kBrickSide + (cell.z & 7);
     return (cells_[brick][static_cast<std::size_t>(cell.x & 7)] >> bit & 1) != 0;
   }
 
-  /// Whether any of the 2 × 2 × 2 cells is occupied whose first one has even indices and that hold `cell`.
+  /// Whether any cell is occupied in the block of 2 × 2 × 2 cells that holds `cell` and begins at even indices.
   bool block(std::uint32_t brick, const glm::ivec3& cell) const {
     const int bit = (cell.y & 6) * kBrickSide + (cell.z & 6);
     const std::uint64_t square = std::uint64_t{0x303} << bit;
@@ -219,7 +220,7 @@ class Occupancy {
   std::uint64_t memory_bytes() const { return bricks_.memory_bytes() + cells_.size() * sizeof(Cells); }
 
  private:
-  using Cells = std::array<std::uint64_t, kBrickSide>;  ///< one layer of constant x each, z fastest
+  using Cells = std::array<std::uint64_t, kBrickSide>;  ///< a bit per cell; one layer of constant x each, z fastest
 
   void occupy(const glm::ivec3& cell);
 

@@ -48,15 +48,15 @@ std::array<T, kMaxHarmonics> spherical_harmonics(const glm::vec<3, T>& d, int de
 /// Trilinear interpolation of all channels at points, 0 where there is no brick.
 ///
 /// `points_m` [n_points] in the frame of the grid's transform; `samples` [n_points × n_channels]. A
-/// point that is not finite, or beyond the voxels that bricks can hold, samples 0. Indices are formed in
-/// double, so that precision does not depend on how large a scene is; the rest is float32. Throws
+/// point that is not finite, or beyond the voxels that bricks can hold, gets 0. Indices are computed in
+/// double, so that precision does not depend on the size of the scene; the rest is float32. Throws
 /// UsageError where lengths do not fit. Cost: a brick look-up and eight voxels; 30 ns with one channel, 36
-/// with five, on one thread of a 2.5 GHz Xeon with a busy neighbour and the voxels in cache.
+/// with five, on one thread of a shared, busy 2.5 GHz Xeon with the voxels in cache.
 void sample_trilinear(const BrickView<const float>& grid, std::span<const glm::vec3> points_m,
                       std::span<float> samples);
 
-/// The same for many small sets of points: remembers where it was. One per thread; the grid must outlive it
-/// and not change meanwhile.
+/// sample_trilinear() for many small sets of points: keeps the last tile between calls. One per thread; the grid
+/// must outlive it and not change meanwhile.
 class TrilinearSampler {
  public:
   explicit TrilinearSampler(const BrickView<const float>& grid);
@@ -67,25 +67,25 @@ class TrilinearSampler {
                           const float* zeros, float* out);
   BrickView<const float> grid_;
   BrickFinder finder_;
-  std::vector<float> zeros_;  ///< stand for voxels of bricks that are not there
+  std::vector<float> zeros_;  ///< values of voxels in missing bricks
   Sample sample_;
 };
 
-/// Adjoint of sample_trilinear(): adds to `grid_gradients` what ∂L/∂samples [n_points × n_channels] means
-/// for the voxels. What falls outside of the bricks is dropped. Several threads need values of their own,
-/// or bricks that they do not share.
+/// Adjoint of sample_trilinear(): from ∂L/∂samples [n_points × n_channels] adds ∂L/∂voxels to `grid_gradients`.
+/// Derivatives by voxels outside of the bricks are dropped. Several threads need arrays of their own, or bricks
+/// that no two of them write.
 void scatter_trilinear(const BrickView<float>& grid_gradients, std::span<const glm::vec3> points_m,
                        std::span<const float> sample_gradients);
 
-/// What the channels behind the extinctions say about the source term.
+/// Meaning of the channels after the extinctions, which give the source term.
 enum class SourceBasis {
   scattering,  ///< P (1/m), one channel
-  harmonics,   ///< coefficients γ_lm of the brightness; degree 0 is an isotropic one
-  cosine,      ///< γ₀, a normal (x, y, z) and an exponent p: γ₀ |n·d|^p, as of materials
+  harmonics,   ///< coefficients γ_lm of the brightness; degree 0 is isotropic
+  cosine,      ///< γ₀, a normal (x, y, z) and an exponent p: γ₀ |n·d|^p, as in materials
 };
 
 /// Channels of a grid that holds a scattering field, in this order: κ⁺ (1/m), κ⁻ (1/m) if the two differ,
-/// and those of the source's basis.
+/// and those of the source basis.
 struct FieldChannels {
   bool two_extinctions = false;
   int harmonics_degree = 0;
@@ -99,14 +99,14 @@ struct FieldChannels {
   int count() const { return first_source() + n_source(); }
 };
 
-/// Which points lie on which ray; as in SampleBatch.
+/// Assigns points to rays, as in SampleBatch.
 struct RayDirections {
   std::span<const std::uint32_t> ray_begin;  ///< [n_rays + 1]
   std::span<const glm::vec3>
       ray_direction;  ///< [n_rays] unit vectors, from the radar into the scene
 };
 
-/// What the integrators want to know at each point, or derivatives of a loss by it.
+/// Input of the integrators at each point, or the derivatives of a loss by it.
 template <class T>
 struct FieldPoints {
   std::span<T> extinction_per_m;       ///< κ⁺ [n_points]
@@ -114,16 +114,16 @@ struct FieldPoints {
   std::span<T> source;                 ///< P for SourceBasis::scattering, else γ [n_points]
 };
 
-/// Samples a field along rays: first interpolates every channel, then combines. With c the interpolated
-/// channels at p and n̂ the interpolated normal brought back to length 1, the source is
+/// Samples a field along rays: first interpolates every channel, then computes the source from them. With c the
+/// interpolated channels at p and n̂ the interpolated normal, scaled to length 1, the source is
 ///
 ///     scattering  P = max(0, c)
-///     harmonics   γ(p, d) = max(0, Σ_lm c_lm Y_lm(d)), clamped after the sum, so that what is between two
-///                 voxels depends on both
-///     cosine      γ(p, d) = max(0, c_γ) |n̂·d|^max(0, c_p); 0^0 = 1. Both signs of the normal count: a solid
-///                 hides its far side, and a thin shell has none.
+///     harmonics   γ(p, d) = max(0, Σ_lm c_lm Y_lm(d)), clamped after the sum, so that values between two
+///                 voxels depend on both
+///     cosine      γ(p, d) = max(0, c_γ) |n̂·d|^max(0, c_p); 0^0 = 1. The sign of the normal does not matter: the
+///                 far side of a solid is hidden, and a thin shell has no far side.
 ///
-/// The scattering P of printed eq. 1 is (κ⁺ + κ⁻) γ, which the integrators' brightness form forms.
+/// The scattering P of printed eq. 1 is (κ⁺ + κ⁻) γ, as in the integrators' brightness form.
 ///
 /// `points_m` [n_points] in the frame of the grid's transform. Throws UsageError where lengths or channels
 /// do not fit. Cost: that of sample_trilinear().
@@ -131,19 +131,20 @@ void sample_field(const BrickView<const float>& grid, const FieldChannels& chann
                   std::span<const glm::vec3> points_m, const RayDirections& rays,
                   const FieldPoints<float>& out);
 
-/// A ray's direction and how many points on it are asked for.
+/// A ray's direction and the number of its points to sample.
 struct PointsOfRay {
   glm::vec3 direction;
   std::size_t n_points;
 };
 
-/// The same for a few points of some rays at a time: remembers where it was and keeps its memory. One per thread; the
-/// grid must outlive it and not change meanwhile.
+/// sample_field() for a few points of some rays at a time: keeps the last tile and its memory between calls. One per
+/// thread; the grid must outlive it and not change meanwhile.
 class FieldSampler {
  public:
   FieldSampler(const BrickView<const float>& grid, const FieldChannels& channels);
 
-  /// Points of the rays one behind the other. Arrays of `out` as long as the points; not checked.
+  /// `points_m`: the points of the first ray, then those of the next, and so on. The arrays of `out` must be as long; this
+  /// is not checked.
   void sample(std::span<const PointsOfRay> rays, std::span<const glm::vec3> points_m, const FieldPoints<float>& out);
 
  private:
@@ -152,11 +153,11 @@ class FieldSampler {
 
   TrilinearSampler trilinear_;
   FieldChannels channels_;
-  std::vector<float> samples_;  ///< interpolated channels of the points under way
+  std::vector<float> samples_;  ///< interpolated channels of the present block of points
 };
 
-/// Adjoint of sample_field() for harmonics; UsageError for the other bases, which nobody learns. Adds to
-/// `grid_gradients`. `brightness` is what sample_field() gave: where it was clamped to 0, its derivative is
+/// Adjoint of sample_field() for harmonics; throws UsageError for the other bases, which are not learned. Adds to
+/// `grid_gradients`. `brightness` is the source from sample_field(): where it was clamped to 0, its derivative is
 /// 0. Threads: as scatter_trilinear().
 void sample_field_adjoint(const BrickView<float>& grid_gradients, const FieldChannels& channels,
                           std::span<const glm::vec3> points_m, const RayDirections& rays,
@@ -165,8 +166,8 @@ void sample_field_adjoint(const BrickView<float>& grid_gradients, const FieldCha
 
 }  // namespace sarnerf
 
-/// Scalar double-precision reference for field_sampler.h and field_sampler.h: one voxel at a time, to be
-/// read and checked, not to be fast. Tests compare the float32 versions with it.
+/// Scalar double-precision reference for the functions above: one voxel at a time, written to be read and
+/// checked, not to be fast. Tests compare the float32 versions with it.
 namespace sarnerf::oracle {
 
 void sample_trilinear(const BrickView<const double>& grid, std::span<const glm::dvec3> points_m,

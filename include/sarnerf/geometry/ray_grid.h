@@ -10,7 +10,7 @@
 
 namespace sarnerf {
 
-/// The fan of ray angles δ_k = δ_0 + (k + ½) Δθ, measured from k towards +v. In general not symmetric.
+/// The fan of ray angles δ_k = δ_0 + (k + ½) Δθ, measured from k towards +v. In general it is not symmetric.
 struct Fan {
   double first_angle_rad = 0.0;  ///< δ_0, the fan's border, not its first ray
   double step_rad = 0.0;         ///< Δθ
@@ -20,23 +20,24 @@ struct Fan {
   double last_angle_rad() const { return first_angle_rad + n_elevation * step_rad; }
 };
 
-/// Smallest and largest ray angle (rad) under which the box is seen; exact at its corners.
+/// Smallest and largest ray angle (rad) of the box, from its corners.
 std::pair<double, double> angular_extent(const Acquisition& acquisition, const Box& box);
 
-/// Angles (rad) under which the radar sees the plane y = ground_height at the near border of bin 0 and
-/// at the far border of the last bin. Empty if no bin reaches the plane (all nearer than the radar's
-/// height). The plane's ray angle is δ with cos(θ + δ) = H / range.
+/// Angles (rad) under which the radar sees the plane y = ground_height at the near border of bin 0 (at the nadir
+/// if that border is nearer than the plane) and at the far border of the last bin. Empty if no bin reaches the
+/// plane (all are nearer than the radar's height), or if the radar is not above it. The plane's ray angle is δ
+/// with cos(θ + δ) = H / range.
 std::optional<std::pair<double, double>> ground_angular_extent(const Acquisition& acquisition,
                                                                double ground_height_m);
 
-/// The fan of n_elevation rays over [first, last] (rad).
+/// The fan of n_elevation rays over [first, last] (rad). Throws GeometryError for no rays or an angle that is not positive.
 Fan make_fan(std::pair<double, double> extent_rad, int n_elevation);
 
 /// Rays of one acquisition in origin-centred form (docs/method/equations.md, E4):
 ///
 ///     point(i, t, k) = aim + a_i h + s d_k + e_k,   s = t − r,   e_k = r (d_k − k)
 ///
-/// with e_k formed from half-angles, so that nothing of the size of the slant range is ever added.
+/// with e_k computed from half-angles, so that no number of the size of the slant range is ever added.
 class RayGrid {
  public:
   RayGrid(const Acquisition& acquisition, const Fan& fan);

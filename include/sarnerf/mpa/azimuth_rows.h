@@ -13,28 +13,28 @@
 #include "sarnerf/mpa/integrate.h"
 #include "sarnerf/mpa/volume_march.h"
 
-// The one sampling core of simulation and learning. An azimuth row goes
+// Sampling and integration of azimuth rows, shared by simulation and learning:
 //
 //     ray grid ─► rays ─► segments ─► field ─► contributions ─► range bins
 //             even or    marched      κ, P    emission and     in the bin or
 //             jittered   and cut              absorption       over the footprint
 //
-// and derivatives by the bins come back to the field's values at the segments. The voxel engine, both learned fields and the
-// plain learner of sar_nerf_bench take this way; the surface engine shares places of slices, bins, deposit and scale.
+// The adjoint takes derivatives by the bins back to the field's values at the segments. The voxel engine, both learned fields
+// and the plain learner of sar_nerf_bench use it. The surface engine uses the same slice positions, bins, deposit and scale.
 
 namespace sarnerf {
 
-/// How densely a row is sampled by rays.
+/// Sampling density of a row.
 struct RowSampling {
-  double ray_spacing_m = 0.15;  ///< between neighbouring rays of a jittered fan, across them at the aim point
-  int sub_rows = 1;             ///< slices: rays that share a place in the fan, spread over the row's width
-  double longest_m = 0.15;      ///< of a segment
+  double ray_spacing_m = 0.15;  ///< between neighbouring rays of a jittered fan, perpendicular to them, at the aim point
+  int sub_rows = 1;             ///< slices across the row's width; the rays of the fan are cast once in each slice
+  double longest_m = 0.15;      ///< longest segment
   double end_depth = kEndOfRayDepth;  ///< two-way optical depth at which a ray ends
 };
 
-/// One azimuth row of one view. `jitter` in [0, 1)² shifts its rays within their spacing, along track and in
-/// the fan: 0.5 is the centred place. Rays have angles δ within the limits. With a fan given, rays are its own, evenly spread
-/// over the slices, and neither jittered nor limited.
+/// One azimuth row of one view. The jitters, in [0, 1), shift its rays within their spacing, along track and in
+/// the fan: 0.5 is centred. Ray angles δ lie within the limits. If `even` is set, its rays are used instead, at the centre of
+/// each slice, and neither jittered nor limited.
 struct RowRequest {
   Acquisition acquisition;  ///< its aim point is the origin of the field's frame
   int row = 0;
@@ -45,13 +45,13 @@ struct RowRequest {
   std::optional<Fan> even{};
 };
 
-/// Pixels of rows one behind the other.
+/// Total number of pixels of the rows.
 std::size_t n_pixels(std::span<const RowRequest> rows);
 
-/// Along-track coordinate (m) of the centre of one of a row's slices of equal width.
+/// Along-track coordinate (m) of the centre of a slice of a row that is divided into n_slices of equal width.
 double slice_along_m(const Acquisition& acquisition, int row, int slice, int n_slices);
 
-/// β⁰ of bin j over the sum of contributions that it got from n_slices slices: r_j Δθ / (Δr n_slices).
+/// Ratio of β⁰ of bin j to the sum of its contributions from n_slices slices: r_j Δθ / (Δr n_slices), Δθ = `step_rad`.
 double beta0_per_contribution(const Acquisition& acquisition, double step_rad, int n_slices, int j);
 
 /// The rays of a row that meet a box, each with the part of it inside.
@@ -63,16 +63,16 @@ struct RowRays {
 /// All rays of a fan in each of the row's slices. `box_m` is relative to the aim point.
 RowRays even_rays(const Acquisition& acquisition, int row, const Fan& fan, int n_slices, const Box& box_m);
 
-/// Rays of a comb that begins at the aim point and is shifted by the request's jitter, so that the box decides
-/// which rays there are and not where; along track they are shifted against each other by the golden ratio, so that few rays
-/// cover both directions evenly.
+/// Rays at evenly spaced angles that are counted from the aim point and shifted by the request's jitter: the box selects rays,
+/// but does not move them. Along track, successive rays are shifted by the golden ratio, so that few rays cover both
+/// directions evenly.
 RowRays jittered_rays(const RowRequest& request, const Box& box_m, const RowSampling& sampling);
 
-/// The one or the other, as the request says.
+/// even_rays() if the request has a fan, else jittered_rays().
 RowRays rays_of_row(const RowRequest& request, const Box& box_m, const RowSampling& sampling);
 
-/// The rays of some azimuth rows as one thread takes them from their grids to their range bins, and derivatives back. Its
-/// memory, about 60 bytes a segment, is used again after clear().
+/// The rays of some azimuth rows: samples them, integrates them into range bins, and takes derivatives back. One per thread.
+/// Its memory, about 60 bytes a segment, is reused after clear().
 class AzimuthRows {
  public:
   struct Row {
@@ -83,7 +83,7 @@ class AzimuthRows {
     std::size_t first_ray, end_ray;  ///< in the batch
   };
 
-  /// Forgets rows, rays and segments.
+  /// Removes rows, rays and segments.
   void clear();
 
   /// Rays that are added from now on belong to this row.
@@ -92,43 +92,43 @@ class AzimuthRows {
   /// Adds rays, marched and sampled where the marcher's volume is occupied. `depth` as in VolumeMarcher::march.
   void march(VolumeMarcher& marcher, const RayGrid& grid, std::span<const MarchRay> rays, std::span<double> depth = {});
 
-  /// Adds rays for a field that is no grid: stretches in which the marcher's volume is occupied, cut at the borders of bins
-  /// and then evenly, so that no segment is longer than `longest_m`. Rays end where the marcher's do; those that meet nothing
-  /// are left out.
+  /// Adds rays for a field that is not a grid. Intervals in which the marcher's volume is occupied are cut at the borders of
+  /// bins and then evenly, so that no segment is longer than `longest_m`. Rays end where the marcher's do; rays that meet no
+  /// occupied voxels are left out.
   void cut(VolumeMarcher& marcher, const RayGrid& grid, std::span<const MarchRay> rays, double longest_m);
-  /// The same, dense: wherever the rays are inside.
+  /// The same without a marcher: all of each ray's `inside` up to the last bin. No ray is left out.
   void cut(const RayGrid& grid, std::span<const MarchRay> rays, double longest_m);
 
   const std::vector<Row>& rows() const { return rows_; }
   const SampleBatch& batch() const { return batch_; }
   const BatchField& field() const { return field_; }
   std::size_t n_segments() const { return batch_.n_segments(); }
-  std::size_t n_pixels() const;  ///< of the rows, one behind the other
+  std::size_t n_pixels() const;  ///< total number of the rows' pixels
   std::uint32_t first_segment(const Row& row) const { return batch_.ray_begin[row.first_ray]; }
   std::uint32_t end_segment(const Row& row) const { return batch_.ray_begin[row.end_ray]; }
 
-  /// Values at the segments of a field that is no grid, [n_segments] each; κ⁻ = κ⁺ where `extinction_back_per_m` is empty.
+  /// Sets the values of a field that is not a grid, [n_segments] each; κ⁻ = κ⁺ where `extinction_back_per_m` is empty.
   void set_field(std::span<const float> extinction_per_m, std::span<const float> source,
                  std::span<const float> extinction_back_per_m = {});
 
   /// Adds Σ c_s of a row's rays to its bins [n_range], from the field at the segments (printed eqs. 6, 24).
   void integrate(const Row& row, SourceBasis basis, Integrator integrator, Deposit deposit, std::span<double> bins);
 
-  /// Its adjoint: from ∂L/∂bin [n_range] writes ∂L/∂κ⁺, ∂L/∂κ⁻ and ∂L/∂source of the row's segments; the arrays are those of
-  /// all segments. Exact in the bin. Over the footprint, trapezoids are held where the field puts them: their own motion with
-  /// the field, half a step between rays at most, is left out.
+  /// Adjoint of integrate(): from ∂L/∂bin [n_range] writes ∂L/∂κ⁺, ∂L/∂κ⁻ and ∂L/∂source of the row's
+  /// segments; the arrays are those of all segments. Exact for Deposit::in_bin. Over the footprint, the trapezoids are held
+  /// fixed: the derivative of their position by the field is left out (they move by half a step between rays at most).
   void integrate_adjoint(const Row& row, SourceBasis basis, Integrator integrator, Deposit deposit,
                          std::span<const double> bin_gradients, const FieldGradients<float>& gradients);
 
-  // Over the footprint, piece by piece: for rows whose segments would not fit into memory, and for layers, which want to
-  // know what each segment adds.
+  // The deposit over the footprint in pieces: for rows whose segments would not fit into memory, and for layers, which need
+  // the contribution of each segment.
 
-  /// Opens a lattice of slices and places (FootprintDeposit), which clear() leaves alone; rays that are added from now on lie
-  /// at their MarchRay's slice and place, until the next integrate().
+  /// Begins a lattice of slices and places (FootprintDeposit), which clear() keeps. Rays that are added from now on get their
+  /// MarchRay's slice and place, until the next integrate() or integrate_adjoint() over the footprint.
   void begin_lattice(std::size_t n_slices, const std::vector<bool>& consecutive);
-  /// Finds the emission of the rays at places [first, end) of all slices, all of which the batch holds.
+  /// Computes the emission of the rays at places [first, end) of all slices; the batch must hold all of these rays.
   void emit(SourceBasis basis, Integrator integrator, std::size_t first, std::size_t end);
-  /// Adds a slice's rays at places [first, end) to the bins. Emissions of the neighbours must be known.
+  /// Adds a slice's rays at places [first, end) to the bins. The emissions of their neighbours must have been computed.
   void deposit(std::size_t slice, std::size_t first, std::size_t end, std::span<double> bins) const;
   const FootprintDeposit& lattice() const { return lattice_; }
 

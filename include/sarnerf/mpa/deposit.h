@@ -12,10 +12,10 @@
 
 namespace sarnerf {
 
-/// Where the power of a ray goes in its azimuth row.
+/// How the power of a ray is distributed over the range bins of its azimuth row.
 enum class Deposit {
-  in_bin,          ///< each segment's into the bin that it lies in: one look-up, and the exact adjoint of it
-  over_footprint,  ///< over the range that the ray stands for between its neighbours: no gaps, however few rays there are
+  in_bin,          ///< each segment's power goes into the bin that holds it: one look-up, with an exact adjoint
+  over_footprint,  ///< power is spread over the ray's footprint, half-way to its neighbours: no gaps with few rays
 };
 
 /// Integral of a unit-mass trapezoid, the convolution of boxes of widths `wide` ≥ `narrow`, from its
@@ -27,7 +27,7 @@ struct TrapezoidIntegral {
       : wide(std::max(a, b)),
         narrow(std::min(a, b)),
         inverse_wide(1.0 / wide),
-        // Ramps below a millionth of the plateau are steps: their integrals differ by less than that.
+        // Ramps below a millionth of the plateau count as steps: the integrals differ by less than that.
         inverse_ramp(narrow > 1e-6 * wide ? 0.5 / (wide * narrow) : 0.0) {}
 
   double operator()(double y) const {
@@ -40,9 +40,9 @@ struct TrapezoidIntegral {
   }
 };
 
-/// Calls f(j, share) for each of the bins [0, n_bins) that a uniform density on [x0, x1] (either order),
-/// smeared by a box of width |smear|, touches; bin j covers [j, j + 1). Shares of all bins, also those
-/// outside, add up to 1.
+/// Calls f(j, fraction) for each of the bins [0, n_bins) that overlap a uniform density on [x0, x1] (either
+/// order), convolved with a box of width |smear|; bin j covers [j, j + 1). The fractions of all bins, those
+/// outside [0, n_bins) included, add up to 1.
 template <class F>
 void for_each_share(std::size_t n_bins, double x0, double x1, double smear, F&& f) {
   const double width = std::abs(smear);
@@ -67,61 +67,61 @@ void for_each_share(std::size_t n_bins, double x0, double x1, double smear, F&& 
   }
 }
 
-/// Spreads `mass` over range bins: a uniform density on [x0, x1] (either order) smeared by a box of
-/// width |smear|, all in bin coordinates, where bin j covers [j, j + 1). Exact integration of that
-/// trapezoid over each bin; what falls outside the bins is dropped.
+/// Spreads `mass` over range bins: a uniform density on [x0, x1] (either order) convolved with a box of
+/// width |smear|, all in bin coordinates, where bin j covers [j, j + 1). That trapezoid is integrated exactly
+/// over each bin; the part outside the bins is dropped.
 ///
-/// This is what makes the image free of aliasing with few rays: between neighbouring rays a plane spans
-/// the interval [x0, x1], and over the width of a slice it moves by `smear`.
+/// This keeps the image free of aliasing with few rays: between neighbouring rays a plane spans the interval
+/// [x0, x1], and over the width of a slice it moves by `smear`.
 /// Cost: a few ns, plus about 2 ns for each bin touched.
 inline void deposit_trapezoid(std::span<double> bins, double x0, double x1, double smear, double mass) {
   for_each_share(bins.size(), x0, x1, smear,
                  [&](std::size_t j, double share) { bins[j] += mass * share; });
 }
 
-/// Where, on range, one segment of a ray emits.
+/// Range interval from which one segment of a ray emits, modelled as a box.
 struct SegmentEmission {
   double bin = 0.0;    ///< mean, in bin coordinates
-  double width = 0.0;  ///< of the box that stands for it
+  double width = 0.0;  ///< in bins
 };
 
-/// Mean position and width of what a segment of two-way depth x emits: near its front if it is opaque,
-/// anywhere in it if it is thin. `first_bin`: bin coordinate of its near end, `length`: in bins.
+/// Emission of a segment of two-way optical depth `depth`: near its front if it is opaque, from its whole length
+/// if it is thin. `first_bin`: bin coordinate of its near end, `length`: in bins.
 SegmentEmission segment_emission(double first_bin, double length, double depth);
 
-/// Range (bins) that a ray stands for, relative to the centroid of what it emits.
+/// Range interval (bins) over which a ray's power is spread, relative to the point of emission.
 struct RangeSpan {
   double first = 0.0, last = 0.0;
 };
 
-/// The power of the rays of some neighbouring slices, spread over range bins. A ray stands for its step of angle and its
-/// slice's width: what it emits is spread over the range half-way to the centroids of its neighbours, so that on a
-/// continuous surface rays meet without gap or overlap, however few they are. Where a neighbour sees something else, the
-/// other one decides; where both do, nothing is spread.
+/// Spreads the power of the rays of some neighbouring slices over range bins. A ray represents its step of angle and its
+/// slice's width: its emission is spread over the range half-way to the centroids of its neighbours, so that on a
+/// continuous surface footprints meet without gap or overlap, however few rays there are. Where one neighbour sees another
+/// surface, the other one's step is used on both sides; where both do, the power is not spread.
 ///
-/// Rays lie on a lattice of slices × places; places beside each other hold rays k and k + 1 of a fan, unless said otherwise.
+/// Rays lie on a lattice of slices × places; adjacent places hold rays k and k + 1 of a fan, unless begin() is told otherwise.
 class FootprintDeposit {
  public:
-  /// Ray of a batch that does not exist: nothing was met there.
+  /// Stands for "no ray" at a position of the lattice: nothing was met there.
   static constexpr std::uint32_t kNoRay = 0xffffffffu;
 
   /// Empties the lattice. `consecutive[n]`: whether places n and n + 1 are neighbours in the fan.
   void begin(std::size_t n_slices, const std::vector<bool>& consecutive);
 
-  /// Which ray of the batch lies at a place.
+  /// Sets the batch's number of the ray at a position of the lattice.
   void set_ray(std::size_t slice, std::size_t place, std::uint32_t ray) { slices_[slice].batch_ray[place] = ray; }
   std::uint32_t ray(std::size_t slice, std::size_t place) const { return slices_[slice].batch_ray[place]; }
 
   std::size_t n_slices() const { return n_slices_; }
   std::size_t n_places() const { return consecutive_.size(); }
 
-  /// Finds what each ray at the places [first, end) emits, and where. The spans are of the batch that set_ray() numbers, with
-  /// bin coordinates of the segments' near ends, and bins of `spacing_m`.
+  /// Computes power and centroid of the emission of each ray at places [first, end). The spans are those of the batch whose
+  /// numbers set_ray() got. `near_bin`: bin coordinates of the segments' near ends; `spacing_m`: bin spacing.
   void emit(const SegmentSpans<float>& segments, const FieldSamples<float>& field, std::span<const double> near_bin,
             double spacing_m, Integrator integrator, std::size_t first, std::size_t end);
 
-  /// Calls visit(segment, contribution, x0, x1, smear) for the trapezoids (deposit_trapezoid) of one ray, whose neighbours'
-  /// emissions are known, too. Segments that emit next to nothing beside what lies before them on their ray are left out.
+  /// Calls visit(segment, contribution, x0, x1, smear) for the trapezoids (deposit_trapezoid) of one ray. The emissions of the
+  /// ray and of its neighbours must have been computed. Segments of negligible contribution (kLeastPart) are left out.
   template <class Visit>
   void for_each_trapezoid(std::span<const std::uint32_t> ray_begin, std::size_t slice, std::size_t place,
                           Visit&& visit) const;
@@ -130,13 +130,13 @@ class FootprintDeposit {
   double mass(std::size_t slice, std::size_t place) const { return slices_[slice].mass[place]; }
 
  private:
-  /// Of a slice's rays, by their places.
+  /// The rays of a slice, indexed by their places.
   struct Slice {
     std::vector<double> mass;      ///< Σ c_s
     std::vector<double> centroid;  ///< Σ c_s x_s / Σ c_s, range in bin coordinates
     std::vector<std::uint32_t> batch_ray;
   };
-  /// Segments that emit less than this part of what lies before them on their ray are left out.
+  /// Segments that contribute less than this fraction of the sum before them on their ray are left out.
   static constexpr double kLeastPart = 1e-7;
 
   RangeSpan over_ray(std::size_t slice, std::size_t place) const;
@@ -144,7 +144,7 @@ class FootprintDeposit {
   double step(std::size_t slice, std::size_t place, std::size_t other_slice, std::size_t other_place) const;
 
   std::size_t n_slices_ = 0;
-  std::vector<Slice> slices_;  ///< at least n_slices_: memory is kept
+  std::vector<Slice> slices_;  ///< at least n_slices_ of them: memory is kept
   std::vector<bool> consecutive_;
   std::vector<double> contributions_;     ///< [n_segments]
   std::vector<SegmentEmission> emitted_;  ///< [n_segments]

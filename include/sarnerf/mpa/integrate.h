@@ -10,7 +10,7 @@
 
 namespace sarnerf {
 
-/// Bin of a segment nearer than bin 0: it attenuates what lies behind and contributes to no pixel.
+/// Bin of a segment nearer than bin 0: it attenuates the segments behind it and contributes to no pixel.
 inline constexpr std::uint32_t kNoBin = 0xffffffffu;
 
 /// Segments of many rays in compressed-row form: ray q owns segments [ray_begin[q], ray_begin[q + 1]),
@@ -30,7 +30,7 @@ struct SampleBatch {
   void clear();
 };
 
-/// What the integrators need to know about the segments; a view, so that the caller owns all memory.
+/// The segments as the integrators take them; a view, so that the caller owns all memory.
 template <class T>
 struct SegmentSpans {
   std::span<const std::uint32_t> ray_begin;  ///< [n_rays + 1]
@@ -56,14 +56,14 @@ std::string_view name(Integrator integrator);
 /// Inverse of name(). Throws UsageError listing the names that exist.
 Integrator integrator_from_name(std::string_view name);
 
-/// What the source term of a segment holds.
+/// Quantity in the source term of a segment.
 enum class SourceForm {
-  scattering,  ///< P (1/m): thin media
-  brightness,  ///< γ = P / (κ⁺ + κ⁻), dimensionless: opaque and dense matter, at any resolution
+  scattering,  ///< P (1/m): for thin media
+  brightness,  ///< γ = P / (κ⁺ + κ⁻), dimensionless: for opaque and dense material, at any resolution
 };
 
-/// Values of the field at the segments. `extinction_back` may be empty: κ⁻ = κ⁺ then, without a second
-/// array being read.
+/// Values of the field at the segments. `extinction_back_per_m` may be empty: then κ⁻ = κ⁺, and no second
+/// array is read.
 template <class T>
 struct FieldSamples {
   std::span<const T> extinction_per_m;       ///< κ⁺ [n_segments], ≥ 0
@@ -72,7 +72,7 @@ struct FieldSamples {
   SourceForm form = SourceForm::scattering;
 };
 
-/// Derivatives of a loss by the field's samples, each as long as its counterpart. Without κ⁻ the
+/// Derivatives of a loss by the field's samples, each as long as its counterpart. If κ⁻ is empty, the
 /// derivative by κ⁺ is the total one, 2 ℓ ∂L/∂x.
 template <class T>
 struct FieldGradients {
@@ -85,20 +85,21 @@ struct FieldGradients {
 ///
 ///     pixel(row, j) += Σ_k Σ_{s in bin j} c_s,   c_s as in Integrator
 ///
-/// `pixels` is [n_rows × n_range] row-major and is added to. β⁰ is this sum times r_j Δθ / Δr. A segment
-/// whose bin is n_range or more, kNoBin among them, attenuates only.
+/// `pixels` is [n_rows × n_range] row-major; contributions are added to it. β⁰ is this sum times r_j Δθ / Δr. A
+/// segment whose bin is n_range or more, such as kNoBin, attenuates only.
 ///
-/// float32 in and double in between: pixels are within 2e-8 (relative) of the oracle's at every optical
-/// depth, transmittances below e^−266 are 0, which no pixel of a normal float32 number notices, and any finite
-/// non-negative input, products beyond float32 included, gives a finite non-negative image. Vectorised; the
-/// instruction set is chosen at run time and does not change a bit of the result. Throws UsageError where arrays do not belong together.
-/// Cost of `exact` on one thread of a 2.5 GHz Xeon with a busy neighbour: 5, 7 and 11 ns a segment with
-/// AVX-512, AVX2 and neither; `midpoint` and `paper` two thirds of that.
+/// The input is float32, and all intermediate results are double. Pixels are within 2e-8 (relative) of the oracle's
+/// at every optical depth. Transmittances below e^−266 are 0, which changes no pixel that is a normal float32 number.
+/// Any finite non-negative input, products beyond float32 included, gives a finite non-negative image. Vectorised;
+/// the instruction set is chosen at run time and does not change a bit of the result. Throws UsageError where
+/// array lengths, ray_begin or ray_row do not fit together.
+/// Cost of `exact` on one thread of a shared, busy 2.5 GHz Xeon: 5, 7 and 11 ns a segment with AVX-512, AVX2 and
+/// neither; `midpoint` and `paper` two thirds of that.
 void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                Integrator integrator, int n_range, std::span<double> pixels);
 
-/// The contributions c_s themselves, one for each segment, for those who place them on pixels otherwise. All
-/// segments must belong to rays of the call. Cost: that of integrate().
+/// The contributions c_s themselves, for other ways of adding them to pixels. `out` has one value for each segment of
+/// the rays, from ray_begin.front() to ray_begin.back(). Cost: that of integrate().
 void contributions(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                    Integrator integrator, std::span<double> out);
 
@@ -109,20 +110,20 @@ void contributions(const SegmentSpans<float>& segments, const FieldSamples<float
 ///     ∂L/∂x_s      = g_s ∂c_s/∂x_s − Σ_{s′>s} g_{s′} c_{s′},     ∂L/∂κ± = ℓ_s ∂L/∂x_s
 ///
 /// Derivatives beyond float32 saturate at its largest number. Cost: 1.2 to 1.5 times the forward pass.
-/// Rays are independent: threads may take disjoint ranges of rays, as parts of ray_begin and ray_row beside
+/// Rays are independent. Threads may process disjoint ranges of rays: pass subspans of ray_begin and ray_row, and
 /// the whole arrays of segments.
 void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                        Integrator integrator, int n_range, std::span<const double> pixel_gradients,
                        const FieldGradients<float>& gradients);
 
-/// Instruction sets that integrate() and integrate_adjoint() are compiled for.
+/// Instruction sets that integrate(), contributions() and integrate_adjoint() are compiled for.
 enum class InstructionSet { baseline, avx2, avx512 };
 
-/// The best one that this processor has.
+/// The best one that this processor and this build have.
 InstructionSet best_instruction_set();
 std::string_view name(InstructionSet set);
 
-/// The same with the instruction set given: for tests and benchmarks. The processor must have it.
+/// The same with a given instruction set: for tests and benchmarks. Throws UsageError where processor or build lack it.
 void integrate(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
                Integrator integrator, int n_range, std::span<double> pixels, InstructionSet set);
 void contributions(const SegmentSpans<float>& segments, const FieldSamples<float>& field,
@@ -133,7 +134,7 @@ void integrate_adjoint(const SegmentSpans<float>& segments, const FieldSamples<f
 
 }  // namespace sarnerf
 
-/// Scalar double-precision reference for everything in integrate.h: written to be read and checked
+/// Scalar double-precision reference for integrate() and integrate_adjoint(): written to be read and checked
 /// against the equations, not to be fast. Tests compare the vectorised kernels with it.
 namespace sarnerf::oracle {
 

@@ -6,7 +6,7 @@
 
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/mpa/integrate.h"
-#include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/occupancy_grid.h"
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/mlp_network.h"
 #include "sarnerf/nerf/training_set.h"
@@ -28,7 +28,7 @@ struct MlpOptions {
 };
 
 /// What the network's numbers mean.
-struct MlpMeaning {
+struct MlpUnits {
   double reference_bin_m = 1.0;  ///< Δ_ref, the training images' range bin
   double source_scale = 1.0;     ///< s
   Integrator integrator = Integrator::exact;
@@ -40,7 +40,7 @@ struct MlpMeaning {
 ///     S = s ln(1 + e^{S_r})           plays the part of the brightness γ, s the scale of the images
 ///
 /// `exact`, the default, renders S T (1 − e^−x), `paper_gated` S T e^−x tanh x as the paper has it. A lattice of voxels remembers
-/// κ (DensityCache): the network is evaluated where that is not empty, and not behind the depth at which rays end
+/// κ (OccupancyGrid): the network is evaluated where that is not empty, and not behind the depth at which rays end
 /// by it, so that what is left out has e^−end_depth of its power, up to what happened since the last refresh.
 ///
 /// Departures from the paper: `exact` instead of `paper_gated`; S is the softplus of S_r, not S_r itself, which may be
@@ -51,7 +51,7 @@ struct MlpMeaning {
 class MlpField : public LearnedField {
  public:
   /// `voxels` as carve() gives them. Fills the lattice; all of it counts as occupied.
-  MlpField(MlpNetwork network, const MlpMeaning& meaning, const GridTransform& transform,
+  MlpField(MlpNetwork network, const MlpUnits& units, const GridTransform& transform,
            CarvedVoxels voxels);
 
   std::string_view kind() const override { return "mlp"; }
@@ -63,7 +63,7 @@ class MlpField : public LearnedField {
   Box occupied_box_m() const override {
     return occupied_box(cache_.occupancy(), cache_.transform());
   }
-  Integrator integrator() const override { return meaning_.integrator; }
+  Integrator integrator() const override { return units_.integrator; }
   double voxel_size_m() const override { return cache_.transform().voxel_size_m; }
   std::string size_text() const override;
   Archive state() const override;
@@ -80,8 +80,8 @@ class MlpField : public LearnedField {
                   std::span<const std::uint32_t> ray_begin) const;
 
   const MlpNetwork& network() const { return network_; }
-  const MlpMeaning& meaning() const { return meaning_; }
-  const DensityCache& cache() const { return cache_; }
+  const MlpUnits& units() const { return units_; }
+  const OccupancyGrid& cache() const { return cache_; }
   MlpKernel kernel() const { return kernel_; }
 
   /// What rays end on, and rows show beside the field; nothing where images have no level ground.
@@ -95,8 +95,8 @@ class MlpField : public LearnedField {
 
  private:
   MlpNetwork network_;
-  MlpMeaning meaning_;
-  DensityCache cache_;
+  MlpUnits units_;
+  OccupancyGrid cache_;
   MlpKernel kernel_;
 };
 

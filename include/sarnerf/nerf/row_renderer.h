@@ -11,7 +11,7 @@
 #include "sarnerf/field/field_sampler.h"
 #include "sarnerf/mpa/azimuth_rows.h"
 #include "sarnerf/mpa/integrate.h"
-#include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/occupancy_grid.h"
 #include "sarnerf/nerf/ground.h"
 
 namespace sarnerf {
@@ -86,7 +86,7 @@ Box occupied_box(const Occupancy& occupancy, const GridTransform& transform);
 class RowSegments {
  public:
   RowSegments(std::span<const RowRequest> rows, const RaySampling& sampling,
-              const DensityCache& cache, std::shared_ptr<const LevelGround> ground = nullptr);
+              const OccupancyGrid& cache, std::shared_ptr<const LevelGround> ground = nullptr);
   ~RowSegments();
   RowSegments(const RowSegments&) = delete;
   RowSegments& operator=(const RowSegments&) = delete;
@@ -118,7 +118,7 @@ class RowSegments {
                std::span<float> d_extinction, std::span<float> d_brightness);
 
  private:
-  void place(std::span<const RowRequest> rows, const DensityCache& cache, RowPart& part) const;
+  void place(std::span<const RowRequest> rows, const OccupancyGrid& cache, RowPart& part) const;
 
   RaySampling sampling_;
   std::shared_ptr<const LevelGround> ground_;

@@ -27,10 +27,10 @@ struct TrainingSet {
   /// Of the radar that made the images, where the field is to be the scene without its impulse response.
   std::optional<Resolution> resolution;
   /// Unless images show a speckled ground: deconvolved ones; or those without tails.
-  std::vector<PosedImage> cleaned;
+  std::vector<PosedImage> deconvolved;
 
-  /// What the field is learned and carved from: `cleaned` where there are any, else the images.
-  const std::vector<PosedImage>& appearances() const { return cleaned.empty() ? images : cleaned; }
+  /// What the field is learned and carved from: `deconvolved` where there are any, else the images.
+  const std::vector<PosedImage>& training_images() const { return deconvolved.empty() ? images : deconvolved; }
 };
 
 /// One azimuth row of one of the images.

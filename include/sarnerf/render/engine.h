@@ -18,57 +18,58 @@
 
 namespace sarnerf {
 
-/// What a render is to say about its own error.
+/// What a render estimates about its own error.
 struct ErrorRequest {
   bool estimate = true;
-  bool map = false;           ///< a value per pixel, too
-  bool by_direction = false;  ///< elevation rays and slices apart, too
+  bool map = false;           ///< also a value per pixel
+  bool by_direction = false;  ///< also separately for elevation rays and for slices
 };
 
-/// What a render says about its own error E = ‖I − I*‖₂ / ‖I*‖₂, I* the limit of infinitely many rays and
-/// slices and of vanishing voxels of the same scene: found from coarser samplings contained in it. Not a
-/// bound: docs/method/sampling_error.md shows how far to trust it. NaN where it is not known.
+/// A render's estimate of its own error E = ‖I − I*‖₂ / ‖I*‖₂, where I* is the limit of infinitely many rays and
+/// slices and of vanishing voxels of the same scene. It comes from the difference to a coarser sampling: one contained
+/// in the view (surface engine), or a second render (voxel engine). Not a bound: docs/method/sampling_error.md shows
+/// how reliable it is. NaN where it is not known.
 struct ErrorEstimate {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
   double relative = kUnknown;     ///< E
-  double elevation = kUnknown;    ///< part of it that more elevation rays would mend
-  double along_track = kUnknown;  ///< part of it that more slices a row would mend
+  double elevation = kUnknown;    ///< part that more elevation rays would reduce
+  double along_track = kUnknown;  ///< part that more slices a row would reduce
   Image<float> map;               ///< expected |I − I*| of each pixel; an engine moves it to Layers::error
 };
 
-/// How densely a view is sampled. Zero means: choose.
+/// How densely a view is sampled. Zero: chosen automatically.
 struct Sampling {
   int n_elevation = 0;
-  int n_sub_rows = 0;          ///< slices per azimuth row
-  Integrator integrator = Integrator::exact;  ///< matters for translucent solids only
-  double ray_spacing_m = 0.0;  ///< at the aim point's range, instead of a number of elevation rays
+  int n_slices = 0;          ///< slices per azimuth row
+  Integrator integrator = Integrator::exact;  ///< matters for translucent solids and voxels only
+  double ray_spacing_m = 0.0;  ///< at the aim point's range; an alternative to n_elevation
 };
 
-/// What rendering one view will take; made before any of it is done.
+/// Sampling and predicted cost of one view, computed before rendering.
 struct ViewPlan {
   Acquisition acquisition;
   Fan fan;
-  int n_sub_rows = 1;
-  int n_slices_at_once = 1;  ///< of a row, traced together: fewer where there are many rays, for memory
+  int n_slices = 1;
+  int n_slices_at_once = 1;  ///< slices of a row traced together; fewer if slices have many rays, to bound memory
   Integrator integrator = Integrator::exact;
   LayerRequest layers;            ///< none unless the caller sets it
   ErrorRequest error;             ///< an estimate of the image's error unless the caller unsets it
   std::uint64_t n_grid_rays = 0;  ///< rows × sub-rows × elevations
-  std::uint64_t n_kept_rays = 0;  ///< rays that meet the scene's box: the only ones generated
+  std::uint64_t n_kept_rays = 0;  ///< rays that meet the scene's box: the only ones traced
   std::uint64_t n_widest_slice = 0;  ///< most rays of one slice that meet the scene's box
-  std::uint64_t n_scene_slices = 0;  ///< slices of all rows that meet it
+  std::uint64_t n_scene_slices = 0;  ///< slices of all rows that meet the scene's box
   std::uint64_t memory_bytes = 0; ///< image and scratch, without scene and BVH
   double expected_s = 0.0;        ///< rough, from the number of kept rays
   std::vector<std::string> chosen;    ///< settings chosen automatically, and why
-  std::vector<std::string> left_out;  ///< what this scene does not need
+  std::vector<std::string> left_out;  ///< what is not computed for this scene, and why
 };
 
-/// Rays and slices across the scene that an error estimate needs: of the sampling three times coarser from which it comes,
-/// two are left in either direction.
+/// Rays and slices across the scene that an error estimate needs: the sampling three times coarser then still has two in
+/// either direction.
 inline constexpr std::uint64_t kFewestForError = 6;
 
-/// Why a plan's error cannot be estimated: "5 elevation rays meet the scene …"; empty when it can.
+/// Why a plan's error cannot be estimated: "5 elevation rays across the scene …"; empty when it can, or without rays.
 std::string why_error_is_unknown(const ViewPlan& plan);
 
 /// One rendered view.
@@ -78,14 +79,14 @@ struct RenderedView {
   ErrorEstimate error;
   std::uint64_t n_hits = 0;
   double trace_and_deposit_s = 0.0;
-  std::vector<std::string> warnings;  ///< a blank image says why here
+  std::vector<std::string> warnings;  ///< includes the reason why an image is blank
 };
 
-/// Asks for layers beside the image of a planned view: counts their memory, says what is left out. Layer::error
-/// sets the plan's error request.
+/// Adds layers to a plan: adds their memory, or notes in `left_out` that there are none. Layer::error sets
+/// plan.error.map.
 void request_layers(ViewPlan& plan, const LayerRequest& request);
 
-/// What makes images of a scene: built once, then used for any number of views, on any number of threads.
+/// Renders images of a scene: built once, then used for any number of views, on any number of threads.
 class Engine {
  public:
   Engine() = default;
@@ -93,13 +94,13 @@ class Engine {
   Engine& operator=(const Engine&) = delete;
   virtual ~Engine() = default;
 
-  /// The plan of a view. Throws GeometryError when the view is impossible for this scene.
+  /// Plans a view. Throws GeometryError when the view is impossible for this scene.
   virtual ViewPlan plan(const Acquisition& acquisition, const Sampling& sampling) const = 0;
 
-  /// Renders with all threads that parallel_for has; the result does not depend on their number.
+  /// Renders with all threads of parallel_for; the result does not depend on their number.
   virtual RenderedView render(const ViewPlan& plan, const Monitor& monitor = {}) const = 0;
 
-  /// What the user should know about images of this scene, whatever the view.
+  /// Warnings about this scene that hold for every view.
   virtual const std::vector<std::string>& warnings() const = 0;
 
   /// Bytes of acceleration structures and of the engine's copy of the scene.
@@ -108,7 +109,7 @@ class Engine {
   virtual double build_s() const = 0;
 };
 
-/// MPA of a mesh by ray casting: opaque matter by first hits, translucent solids in closed form between
+/// MPA of a mesh by ray casting: opaque faces by first hits, translucent solids in closed form between
 /// entry and exit. Built once, then used for any number of views.
 class SurfaceEngine final : public Engine {
  public:
@@ -128,19 +129,19 @@ class SurfaceEngine final : public Engine {
   std::unique_ptr<State> state_;
 };
 
-/// Bytes that the engine of a scene with this many triangles is expected to need while it is built.
+/// Expected peak memory (bytes) while the engine of a scene with this many triangles is built.
 std::uint64_t expected_engine_memory_bytes(std::uint64_t n_triangles);
 
-/// MPA of a sparse volume: Embree finds where each ray enters occupied matter, the ray is cut into segments
-/// there and nowhere else, and their contributions are those of mpa::integrate, as in training. Each ray's
-/// contributions are spread over the range that its step of angle covers (departure from the paper, whose
-/// rays are points: it would need some hundred rays a pixel for the same evenness).
+/// MPA of a sparse volume: Embree finds where each ray enters occupied voxels, the ray is cut into segments
+/// only there, and the contributions are those of mpa::integrate, as in training. Each ray's
+/// contributions are spread over the range that its angular step covers. (Departure from the paper, whose
+/// rays have no width: it would need some hundred rays a pixel for the same evenness.)
 class VoxelEngine final : public Engine {
  public:
-  /// `scene` gives the ground and the box to be framed, and must outlive the engine; its mesh is not looked
-  /// at. `coarse`, the same scene in voxels of twice the size, lets views estimate what their voxels cost in
-  /// accuracy; without it a volume counts as the truth, and estimates tell of the sampling alone. Throws
-  /// GeometryError when there is neither matter nor a ground.
+  /// `scene` provides the ground and the box to be framed, and must outlive the engine; its mesh is not
+  /// used. `coarse` is the same scene in voxels of twice the size: with it views estimate the error due to the
+  /// voxel size. Without it the volume counts as exact, and estimates cover the sampling alone. Throws
+  /// GeometryError when there is neither an occupied voxel nor a ground.
   explicit VoxelEngine(const Scene& scene, Volume volume, std::optional<Volume> coarse = {});
   ~VoxelEngine() override;
 
@@ -155,14 +156,14 @@ class VoxelEngine final : public Engine {
   std::unique_ptr<State> state_;
 };
 
-/// A render on the way to a tolerance.
+/// One render of the search for a tolerance.
 struct ToleranceStep {
-  int n_elevation = 0, n_sub_rows = 0;
-  double estimate = 0.0;  ///< of E
+  int n_elevation = 0, n_slices = 0;
+  double estimate = 0.0;  ///< of E, see ErrorEstimate
   double seconds = 0.0;
 };
 
-/// A view that says of itself that it meets a tolerance.
+/// A view rendered until its own error estimate meets a tolerance.
 struct TolerantView {
   RenderedView view;
   ViewPlan plan;       ///< as rendered
@@ -173,21 +174,21 @@ inline constexpr std::size_t kMostAttempts = 5;
 
 /// The cheapest sampling that is expected to meet a tolerance.
 struct ToleranceChoice {
-  Sampling sampling;        ///< ray spacing and slices a row; good for similar views of the scene, too
+  Sampling sampling;        ///< ray spacing and slices a row; also suits similar views of the scene
   std::vector<ToleranceStep> steps;
-  std::optional<TolerantView> met;  ///< the last pilot, if it met the tolerance already
+  std::optional<TolerantView> met;  ///< the last pilot, if it already met the tolerance
 };
 
-/// Renders a view coarsely, with its error by direction, ever finer until the step that is left is short enough
-/// to trust a prediction: errors fall with a power of the spacing in either direction. Of all samplings that are
-/// expected to meet the tolerance, the one with the fewest rays is chosen. `tolerance` is E, between 0 and 1; above
-/// 5 % images know too little of their error, and what meets 5 % is made instead. Cost: a tenth to a third of the
-/// view that it chooses.
+/// Renders coarse pilots of a view with their errors by direction, each finer than the last, until the remaining
+/// refinement is small enough for a prediction: errors decrease with a power of the spacing in either direction. Of all
+/// samplings that are expected to meet the tolerance, the one with the fewest rays is chosen. `tolerance` is E, between
+/// 0 and 1, else UsageError. Above 5 % error estimates are unreliable: 5 % is used instead. Cost: a tenth to a third of
+/// the view that it chooses.
 ToleranceChoice choose_sampling(const Engine& engine, const Acquisition& acquisition, double tolerance,
                                 Integrator integrator = Integrator::exact, const Monitor& monitor = {});
 
-/// Renders a view as planned and, while its own estimate is above the tolerance, again with finer sampling. A
-/// blank view, whose error is not known, counts as met.
+/// Renders a view as planned, then again with finer sampling while its own estimate is above 97 % of the tolerance;
+/// kMostAttempts renders at most. A blank view, whose error is not known, counts as met. `tolerance` as in choose_sampling().
 TolerantView render_to_tolerance(const Engine& engine, const ViewPlan& plan, double tolerance,
                                  const Monitor& monitor = {});
 

@@ -14,32 +14,32 @@
 
 namespace sarnerf {
 
-/// What radar and processor make of the mean reflectivity. Default-constructed it leaves images alone.
+/// How radar and processor turn the mean reflectivity into an image. Default-constructed, it changes nothing.
 struct ImageFormation {
   /// −3 dB widths of |h|² (m), azimuth and slant range; not the pixel spacing. Empty: no impulse response,
   /// and speckle and noise are independent from pixel to pixel.
   std::optional<std::pair<double, double>> resolution_m;
   Window window;
-  /// Equivalent number of looks of the speckle, 1 … 1000; infinity: none. Averaging looks does not
-  /// change the resolution: they are further images of the same, not parts of its band.
+  /// Equivalent number of looks (ENL) of the speckle, 1 … 1000; infinity: no speckle. Looks are independent
+  /// realisations of the full band, not sub-bands: averaging them does not change the resolution.
   double looks = std::numeric_limits<double>::infinity();
   std::optional<double> nesz_db;  ///< noise-equivalent σ⁰
-  std::uint64_t seed = 1;         ///< of speckle and noise
+  std::uint64_t seed = 1;         ///< of the random numbers of speckle and noise
 
   bool speckle() const { return looks < std::numeric_limits<double>::infinity(); }
   bool any() const { return resolution_m || speckle() || nesz_db; }
 };
 
-/// Throws UsageError for what has no image: looks below 1 or above 1000 or not a number, a window without
+/// Throws UsageError for invalid settings: looks below 1, above 1000 or not a number, a window without
 /// a resolution, a noise level outside ±300 dB, a resolution that the spacings (m) under-sample.
 void validate(const ImageFormation& formation, double azimuth_spacing_m, double range_spacing_m);
 
-/// Both axes' kernels; a single tap of 1 each without a resolution.
+/// The kernels of both axes; without a resolution each is a single tap of 1.
 ImpulseResponse impulse_response(const ImageFormation& formation, double azimuth_spacing_m,
                                  double range_spacing_m);
 
 /// Weights a_m of independent looks with Σ a_m = 1 and 1 / Σ a_m² = `looks` (F6): ⌈looks⌉ of them, all
-/// equal but for the last.
+/// equal except the last.
 std::vector<double> look_weights(double looks);
 
 /// Forms the image in place (F4, F5, F7 in docs/guide/image_formation.md): `beta0` is the mean reflectivity
@@ -49,23 +49,23 @@ std::vector<double> look_weights(double looks);
 ///     without speckle   |h|² ⊛ β⁰ + N_j
 ///     with speckle      Σ_m a_m |h ⊛ (√β⁰ w_m) + n_m|²,   w_m white complex Gaussian of unit variance
 ///
-/// N_j = NESZ / sin θ_j is the noise power, n_m noise of that power that has passed the same filter, and
+/// N_j = NESZ / sin θ_j is the noise power, n_m noise of that power after the same filter, and
 /// cos θ_j = H / r_j with H the radar's height above `reference_height_m` (world). Scatterers lie at the
-/// centres of their pixels. Nothing comes in from beyond the image's borders and what leaks out is lost;
-/// the noise is stationary up to them.
+/// centres of their pixels. No power enters from beyond the image's borders, and power that leaks out is lost;
+/// the noise is stationary up to the borders.
 ///
-/// The same pixels for the same reflectivity, pose (azimuth and incidence) and seed, whatever the number
-/// of threads. Returns the number of bins nearer than H, which have no incidence and get no noise.
-/// Throws as validate, GeometryError for noise with a radar below the plane, and UsageError when image
-/// and acquisition differ in size.
+/// Equal reflectivity, pose (azimuth and incidence) and seed give equal pixels, whatever the number of
+/// threads. Returns the number of bins nearer than H, which have no incidence and get no noise (0 if no noise
+/// is asked for). Throws like validate, GeometryError for noise with a radar below the plane, and UsageError
+/// when image and acquisition differ in size.
 ///
-/// Cost: O(pixels × taps), the filters being separable and real: without speckle one pass of each, with
-/// it two a look, and as much again for noise; pixels and rows of no power are skipped. Memory: see
-/// formation_bytes_per_pixel. Nothing is done or allocated when `formation.any()` is false.
+/// Cost: O(pixels × taps), because the filters are separable and real: one pass of each without speckle, two a
+/// look with speckle, and as much again for noise. Pixels and rows of no power are skipped. Memory: see
+/// formation_bytes_per_pixel. Nothing is computed or allocated when `formation.any()` is false.
 int form_image(Image<float>& beta0, const ImageFormation& formation, const Acquisition& acquisition,
                double reference_height_m, const Monitor& monitor = {});
 
-/// Bytes per pixel that form_image takes beside the image.
+/// Bytes per pixel that form_image allocates beside the image.
 std::uint64_t formation_bytes_per_pixel(const ImageFormation& formation);
 
 }  // namespace sarnerf

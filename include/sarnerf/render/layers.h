@@ -13,7 +13,7 @@
 
 namespace sarnerf {
 
-/// What can be had beside an image, pixel by pixel (docs/guide/layers.md).
+/// Images that a render can produce beside β⁰, pixel by pixel (docs/guide/layers.md).
 enum class Layer : std::uint8_t {
   ground,      ///< β⁰ of the ground alone; linear power
   wall,        ///< β⁰ of walls
@@ -40,7 +40,7 @@ class LayerSet {
   bool has(Layer layer) const { return bits_.test(static_cast<std::size_t>(layer)); }
   void add(Layer layer) { bits_.set(static_cast<std::size_t>(layer)); }
   bool empty() const { return bits_.none(); }
-  /// The rest, without one.
+  /// This set without one layer.
   LayerSet without(Layer layer) const {
     LayerSet rest = *this;
     rest.bits_.reset(static_cast<std::size_t>(layer));
@@ -66,23 +66,23 @@ struct LayerRequest {
 /// The layers of one view; those that were not asked for are empty images.
 struct Layers {
   LayerSet set;
-  std::array<Image<float>, kNumberOfComponents> beta0;  ///< by Component − 1
+  std::array<Image<float>, kNumberOfComponents> beta0;  ///< indexed by Component − 1
   Image<std::uint8_t> mask;
-  Image<float> incidence_deg;  ///< NaN where nothing with a surface scatters
+  Image<float> incidence_deg;  ///< NaN where no surface scatters
   Image<float> elevation_m;    ///< NaN where nothing scatters
   Image<float> scatterers;
   Image<float> error;  ///< NaN where it is not known
 
-  /// Makes the images asked for, of a view in which nothing scatters.
+  /// Allocates the images of `layers`, with the values of a view in which nothing scatters.
   Layers(const LayerSet& layers, int n_azimuth, int n_range);
   Layers() = default;
 
-  /// A float layer by its name; not for the mask.
+  /// The image of a float layer. Throws UsageError for the mask.
   Image<float>& values(Layer layer);
   const Image<float>& values(Layer layer) const;
 };
 
-/// Bytes a pixel that these layers take.
+/// Bytes per pixel of these layers.
 std::uint64_t bytes_per_pixel(const LayerSet& layers);
 
 }  // namespace sarnerf

@@ -19,12 +19,12 @@ struct TableColumn {
   Align align = Align::left;
 };
 
-/// A Markdown table, padded so that it reads well as plain text too. Bars and line breaks within cells are
-/// escaped. Throws UsageError without columns and for a row whose number of cells is not theirs.
+/// A Markdown table, padded so that it reads well as plain text too. Within cells, bars are escaped and line
+/// breaks become spaces. Throws UsageError without columns and for a row that does not have one cell a column.
 std::string markdown_table(const std::vector<TableColumn>& columns,
                            const std::vector<std::vector<std::string>>& rows);
 
-/// The heading of a section. The page's list of contents names them all.
+/// The heading of a section. The page's list of contents has all of them.
 struct PageHeading {
   std::string text;
 };
@@ -33,14 +33,14 @@ struct PageParagraph {
   std::string text;
 };
 
-/// What a reader should not miss.
+/// A highlighted note or warning.
 struct PageNotice {
   enum class Kind { note, warning };
   std::string text;
   Kind kind = Kind::note;
 };
 
-/// One figure, large: {"48.2 dB", "PSNR of the held-out views"}.
+/// One figure in large type: {"48.2 dB", "PSNR of the held-out views"}.
 struct PageFigure {
   std::string value, meaning;
 };
@@ -49,7 +49,7 @@ struct PageFigures {
   std::vector<PageFigure> figures;
 };
 
-/// A name and what belongs to it: {"learning rate", "0.02"}.
+/// A name and its value: {"learning rate", "0.02"}.
 struct PageFact {
   std::string name, value;
 };
@@ -59,37 +59,37 @@ struct PageFacts {
   std::vector<PageFact> facts;
 };
 
-/// A table as of page.h. Its first column names the rows. Wider than the page, it scrolls by itself.
+/// A table. Its first column names the rows. If it is wider than the page, it scrolls separately.
 struct PageTable {
   std::string caption;
   std::vector<TableColumn> columns;
   std::vector<std::vector<std::string>> rows;
   std::vector<std::size_t> emphasised{};  ///< rows in bold
-  bool folded = false;                    ///< behind its caption, which opens it
+  bool folded = false;                    ///< collapsed; a click on the caption opens it
 };
 
-/// A plot, drawn twice: for wide windows as it is and for narrow ones with fewer pixels to the same text.
+/// A plot, drawn twice: unchanged for wide windows, and laid out in fewer pixels for narrow ones.
 struct PagePlot {
   Plot plot;
   std::string caption;
 };
 
-/// 8-bit pixels, one row of the picture for a row of the image.
+/// 8-bit pixels. Rows of the picture are rows of the image.
 using Pixels = std::variant<Image<std::uint8_t>, Image<Colour>>;
 
 struct PagePicture {
   Pixels pixels;
   std::string name;         ///< above the picture
-  std::string description;  ///< for those who do not see it
+  std::string description;  ///< alternative text, for readers who cannot see the picture
 };
 
-/// Pictures side by side, as many as fit, and a caption for all.
+/// Pictures side by side, as many a line as fit, with one caption.
 struct PagePictures {
   std::vector<PagePicture> pictures;
   std::string caption;
 };
 
-/// What the colours of pictures mean: a strip of them from left to right, with labels evenly along it.
+/// A colour scale of pictures: a strip of the colours from left to right, with evenly spaced labels.
 struct PageScale {
   std::string name;
   Image<Colour> strip;  ///< one row
@@ -109,14 +109,14 @@ struct Page {
   std::vector<PageBlock> blocks;
 };
 
-/// The page as one HTML 5 file without scripts that loads nothing from elsewhere and forbids the browser to: pictures
-/// are PNGs within it. Light or dark as the reader's system is; made for windows from 320 pixels wide. It is
-/// well-formed XML, too, behind its first line. The same bytes for the same page and version of OpenCV.
+/// The page as one HTML 5 file without scripts. It loads nothing from elsewhere and forbids the browser to do so; pictures
+/// are embedded PNGs. Light or dark as the reader's system is; made for windows from 320 pixels wide. After its first
+/// line it is also well-formed XML. The same bytes for the same page and version of OpenCV.
 ///
-/// Text is UTF-8 and never markup; what is not UTF-8, and what XML forbids, becomes U+FFFD.
+/// Text is UTF-8 and never markup. Bytes that are not UTF-8 and characters that XML forbids become U+FFFD.
 ///
 /// Throws UsageError for a table without columns or with rows of another length, a picture without pixels or a
-/// description, a scale whose strip is not one row, and what svg() refuses. About 4/3 of the PNGs' bytes.
+/// description, a scale whose strip is not one row, and plots that svg() refuses. Size: about 4/3 of the PNGs' bytes.
 std::string page_html(const Page& page);
 
 }  // namespace sarnerf

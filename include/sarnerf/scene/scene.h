@@ -31,11 +31,11 @@ struct Texture {
   double factor(const glm::dvec3& object_m) const;
 };
 
-/// How matter answers the radar.
+/// Radar response of a material.
 ///
 /// Opaque: γ(p, d) = gamma0 · texture(p) · max(0, −n·d)^exponent, the backscatter per area
 /// perpendicular to the ray (thin shells: |n·d|). Translucent: a homogeneous medium with one-way
-/// extinctions (1/m) going in and coming back, and scattering P (1/m).
+/// extinctions (1/m) on the way in and on the way back, and scattering P (1/m).
 struct Material {
   std::string name = "default";
   bool opaque = true;
@@ -50,7 +50,7 @@ struct Material {
 /// The built-in table, with a source for each figure (docs/guide/materials.md).
 const std::vector<Material>& builtin_materials();
 
-/// Materials by name. Later entries win over earlier ones of the same name.
+/// Materials by name. A later entry replaces an earlier one of the same name.
 class MaterialLibrary {
  public:
   MaterialLibrary();  ///< holds the built-in table
@@ -58,7 +58,7 @@ class MaterialLibrary {
   /// Adds the materials of a "sarnerf-materials" JSON file and returns their names; InputError names file
   /// and key.
   std::vector<std::string> add_file(const std::filesystem::path& path);
-  /// The same of such a file's text; `name` is what messages call it.
+  /// The same for the text of such a file; `name` appears in messages.
   std::vector<std::string> add_text(std::string_view text, const std::string& name);
   /// Adds the object under "materials" of a scene file; `where` goes into error messages.
   void add_json(std::string_view json_text, const std::string& where);
@@ -68,6 +68,10 @@ class MaterialLibrary {
 
   /// As find(); throws InputError with `where`, the known names and the closest one when there is none.
   const Material& require(std::string_view name, const std::string& where) const;
+
+  /// The material of `--ground NAME`, which is opaque. Throws UsageError for an unknown or translucent one: the command line is
+  /// wrong, and no file.
+  const Material& require_ground(const std::string& name) const;
 
   std::vector<std::string> names() const;  ///< sorted
 
@@ -91,7 +95,7 @@ struct Piece {
   std::uint32_t object = 0;  ///< index into Scene::objects
 };
 
-/// One mesh file placed in the scene. Textures live in its coordinates: metres, before placement.
+/// One mesh file placed in the scene. Textures use its coordinates: metres, before placement.
 struct Object {
   std::string name;
   glm::dmat4 object_from_world{1.0};
@@ -103,11 +107,11 @@ struct Ground {
   double height_m = 0.0;
 };
 
-/// What loading and repair did, for the log and for --explain: one line each, empty when nothing.
+/// Actions of loading and repair, for the log and for --explain: one line each; empty if there were none.
 struct SceneReport {
   std::vector<std::filesystem::path> files;  ///< every file that was read, for fingerprints
-  std::vector<std::string> notes;     ///< what was mended or assumed
-  std::vector<std::string> warnings;  ///< what the user should look at
+  std::vector<std::string> notes;     ///< repairs and assumptions
+  std::vector<std::string> warnings;  ///< what the user should check
   double read_s = 0.0;
   double repair_s = 0.0;
 };
@@ -130,34 +134,34 @@ struct LoadOptions {
   double units_m = 1.0;  ///< metres per file unit
   double scale = 1.0;    ///< extra factor on top of the units
   std::filesystem::path materials_file;                ///< empty: built-in table only
-  std::optional<std::string> ground_material;          ///< "none" overrules a scene file's ground
+  std::optional<std::string> ground_material;          ///< "none" removes a scene file's ground
   std::optional<double> ground_height_m;               ///< default: the scene's lowest height
   bool repair = true;
   std::uint64_t max_memory_bytes = 0;                  ///< 0: unlimited
   Monitor monitor;
 };
 
-/// Throws InputError for a path that is no regular file, or whose ending no reader knows: .obj, .ply, .stl,
-/// .off, .json, .vdb. Opens nothing, so pipes and devices do no harm.
+/// Throws InputError for a path that is not a regular file or does not end in .obj, .ply, .stl, .off, .json or
+/// .vdb. Opens nothing, so pipes and devices do no harm.
 void require_scene_file(const std::filesystem::path& path);
 
 /// Reads OBJ, PLY, STL, OFF or a `.json` scene, repairs and orients it.
-/// Throws InputError with file and place for anything that is not a usable scene.
+/// Throws InputError with file and position for anything that is not a usable scene.
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options);
 
-/// What matter is a part of. Values are those of the `component` grid of a volume.
+/// Part of the scene that a face or voxel belongs to. Values are those of the `component` grid of a volume.
 enum class Component : std::uint8_t { none = 0, ground = 1, wall = 2, roof = 3, other = 4 };
 
 /// "none", "ground", "wall", "roof", "other".
 std::string_view name(Component component);
 
-/// The component that a name speaks of, as a whole word in any case: ground, floor, terrain, road, field,
-/// pavement, street, grass, lawn, soil, sand, water | wall, facade, side | roof, top; none if it speaks of
-/// none.
+/// The component of the first known word, a whole word in any case: ground, floor, terrain, road, field,
+/// pavement, street, grass, lawn, soil, sand, water | wall, walls, facade, side | roof, roofs, top; none if
+/// there is no such word.
 Component component_from_words(std::string_view words);
 
-/// The component of each triangle: what its group's name says, else its material's; else a face that looks
-/// up by more than 45° is roof and any other one wall. Translucent matter is other.
+/// The component of each triangle, from its group's name, else from its material's name; else a face whose
+/// normal points more than 45° above the horizon is roof and any other face wall. Translucent material is other.
 std::vector<Component> components_of_triangles(const Scene& scene);
 
 }  // namespace sarnerf

@@ -10,25 +10,25 @@
 
 namespace sarnerf {
 
-/// Marks a ray that met nothing.
+/// Triangle index of a ray without a hit.
 inline constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 
-/// Rays side by side, one array per component so that packets load without shuffling. All spans have
+/// Rays as a structure of arrays, so that packets load without shuffling. All spans have
 /// the same length; directions have unit length; nothing may be NaN.
 struct RayRow {
   std::span<const float> origin_x, origin_y, origin_z;           ///< scene frame (m)
   std::span<const float> direction_x, direction_y, direction_z;  ///< scene frame
-  float far_m = 0.0f;                                            ///< hits beyond are not looked for
+  float far_m = 0.0f;                                            ///< hits beyond this distance are ignored
 };
 
-/// First hits of a RayRow. Of a ray without a hit only `triangle` has a meaning.
+/// First hits of a RayRow. For a ray without a hit only `triangle` is meaningful.
 struct HitRow {
   std::span<float> distance_m;
   std::span<float> normal_x, normal_y, normal_z;  ///< right-handed by the triangle's winding, any length
   std::span<std::uint32_t> triangle;              ///< index, or kNoTriangle
 };
 
-/// One meeting of a ray with a triangle.
+/// One intersection of a ray with a triangle.
 struct Crossing {
   float distance_m;
   std::uint32_t triangle;
@@ -40,9 +40,9 @@ struct Crossing {
 /// number of threads.
 class RayTracer {
  public:
-  /// Copies nothing: vertices (m, scene frame) and triangles must outlive the tracer, and `vertices`
-  /// needs one readable element behind its end, which Embree's 16-byte loads touch. Throws Error when
-  /// Embree cannot build, with its reason.
+  /// Copies nothing: vertices (m, scene frame) and triangles must outlive the tracer, and `vertices_m`
+  /// needs one readable element behind its end, because Embree loads 16 bytes at a time. Throws Error with
+  /// Embree's error code when it cannot build.
   RayTracer(std::span<const glm::vec3> vertices_m, std::span<const glm::uvec3> triangles);
   ~RayTracer();
   RayTracer(const RayTracer&) = delete;
@@ -56,10 +56,10 @@ class RayTracer {
   /// fetched into the cache once for all rows.
   void first_hits(std::span<const RayRow> rows, std::span<const HitRow> hits) const;
 
-  /// The same ray by ray: the plain way, kept as a yardstick for benchmarks and tests.
+  /// The same ray by ray, without packets: the reference for benchmarks and tests.
   void first_hits_one_by_one(const RayRow& rays, const HitRow& hits) const;
 
-  /// All triangles that the ray meets up to far_m, in order of distance; replaces `crossings`.
+  /// All triangles that the ray meets up to far_m, sorted by distance; overwrites `crossings`.
   void all_hits(const glm::vec3& origin_m, const glm::vec3& direction, float far_m,
                 std::vector<Crossing>& crossings) const;
 
@@ -75,9 +75,9 @@ class RayTracer {
   std::unique_ptr<State> state_;
 };
 
-/// Where rays from outside first enter any of a set of axis-aligned boxes, such as the occupied parts of a
-/// volume's leaves. Twelve triangles a box, in Embree's tree of triangles: its packets are faster than
-/// calling back for boxes.
+/// Finds where rays from outside first enter any of a set of axis-aligned boxes, such as the occupied parts of a
+/// volume's leaves. A box is twelve triangles in Embree's BVH, because its packets are faster than user
+/// geometry, which needs callbacks.
 class BoxTracer {
  public:
   struct FloatBox {
@@ -86,7 +86,7 @@ class BoxTracer {
 
   explicit BoxTracer(std::span<const FloatBox> boxes);
 
-  /// As RayTracer::first_hits(); a ray that starts inside of a box gets where it leaves it.
+  /// As RayTracer::first_hits(). A ray that starts inside a box gets its exit from the box.
   void entries(std::span<const RayRow> rows, std::span<const HitRow> hits) const {
     tracer_->first_hits(rows, hits);
   }

@@ -8,7 +8,7 @@
 namespace sarnerf {
 
 RowSegments::RowSegments(std::span<const RowRequest> rows, const RaySampling& sampling,
-                         const DensityCache& cache, std::shared_ptr<const LevelGround> ground)
+                         const OccupancyGrid& cache, std::shared_ptr<const LevelGround> ground)
     : sampling_(sampling), ground_(std::move(ground)), n_pixels_(sarnerf::n_pixels(rows)) {
   parts_.resize(n_row_parts(rows.size()));
   for (auto& part : parts_) part = std::make_unique<RowPart>();
@@ -33,11 +33,11 @@ RowSegments::RowSegments(std::span<const RowRequest> rows, const RaySampling& sa
 
 RowSegments::~RowSegments() = default;
 
-void RowSegments::place(std::span<const RowRequest> rows, const DensityCache& cache,
+void RowSegments::place(std::span<const RowRequest> rows, const OccupancyGrid& cache,
                         RowPart& part) const {
   Box box_m = occupied_box(cache.occupancy(), cache.transform());
   if (ground_) end_at(*ground_, box_m);
-  VolumeMarcher marcher(cache.view(), DensityCache::channels(), cache.occupancy(),
+  VolumeMarcher marcher(cache.view(), OccupancyGrid::channels(), cache.occupancy(),
                         cache.transform().voxel_size_m, sampling_.end_depth);
   for (const RowRequest& request : rows) {
     const RowRays row = rays_of_row(request, box_m, sampling_);

@@ -12,7 +12,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/image.h"
 #include "sarnerf/core/impulse_response.h"
-#include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/occupancy_grid.h"
 #include "sarnerf/nerf/ground.h"
 #include "sarnerf/nerf/learned_field.h"
 

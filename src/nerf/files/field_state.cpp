@@ -82,9 +82,9 @@ Archive MlpField::state() const {
             {"direction_frequencies", s.direction_frequencies},
             {"box_min_m", numbers(network_.box_m.min)},
             {"box_max_m", numbers(network_.box_m.max)},
-            {"reference_bin_m", meaning_.reference_bin_m},
-            {"source_scale", meaning_.source_scale},
-            {"integrator", name(meaning_.integrator)},
+            {"reference_bin_m", units_.reference_bin_m},
+            {"source_scale", units_.source_scale},
+            {"integrator", name(units_.integrator)},
             {"origin_m", numbers(cache_.transform().origin_m)},
             {"voxel_size_m", cache_.transform().voxel_size_m},
             {"least_depth", cache_.least_depth()}});
@@ -116,15 +116,15 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
               std::isfinite(glm::dot(transform.origin_m, transform.origin_m)) &&
               std::isfinite(transform.voxel_size_m),
           "its voxels have no place or size");
-  MlpMeaning meaning{number("reference_bin_m"), number("source_scale"), Integrator::exact};
-  require(meaning.reference_bin_m > 0.0 && std::isfinite(meaning.reference_bin_m) &&
-              meaning.source_scale >= 0.0 && std::isfinite(meaning.source_scale),
+  MlpUnits units{number("reference_bin_m"), number("source_scale"), Integrator::exact};
+  require(units.reference_bin_m > 0.0 && std::isfinite(units.reference_bin_m) &&
+              units.source_scale >= 0.0 && std::isfinite(units.source_scale),
           "its range bin or the scale of its brightness is impossible");
 
   const torch::Tensor& parameters = archive.tensor("parameters", torch::kFloat, 1, where);
   std::int64_t expected = 0;
   try {
-    meaning.integrator = integrator_from_name(member<std::string>(text, "integrator", where));
+    units.integrator = integrator_from_name(member<std::string>(text, "integrator", where));
     expected = mlp_parameter_count(shape);
   } catch (const UsageError& error) {
     throw CheckpointError(where + ": " + error.what());
@@ -137,7 +137,7 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
       archive.tensor("extinction", torch::kFloat, 1, where).contiguous();
   require(extinction.isfinite().all().item<bool>() && (extinction >= 0.0).all().item<bool>(),
           "extinctions of voxels are impossible");
-  MlpField field(std::move(network), meaning, transform, voxels_of(archive, where));
+  MlpField field(std::move(network), units, transform, voxels_of(archive, where));
   require(static_cast<std::size_t>(extinction.numel()) == field.cache().n_voxels(),
           "voxels and their extinctions are not as many");
   field.restore_cache({extinction.data_ptr<float>(), field.cache().n_voxels()},

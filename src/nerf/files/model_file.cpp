@@ -52,7 +52,7 @@ std::unique_ptr<LearnedField> restore_field(const Archive& archive, const std::s
   if (kind == "grid") return std::make_unique<GridField>(restore_grid_field(archive, where));
   if (kind == "mlp") return std::make_unique<MlpField>(restore_mlp_field(archive, where));
   throw CheckpointError(where + ": holds a field of kind '" + kind +
-                        "', which this version does not know; it knows: grid, mlp");
+                        "', which this version does not have; it has: grid, mlp");
 }
 
 namespace {

@@ -340,7 +340,7 @@ void split_gains(Views images, std::span<double> gain, bool view_gains, LevelGro
   plane.incidence_rad.clear();
   plane.gain.clear();
   of_view.assign(images.size(), 1.0);
-  for (const std::vector<std::size_t>& pitch : places_by_pitch(incidence_rad)) {
+  for (const std::vector<std::size_t>& pitch : indices_by_pitch(incidence_rad)) {
     double sum = 0.0, angle = 0.0;
     for (const std::size_t v : pitch) {
       sum += gain[v];

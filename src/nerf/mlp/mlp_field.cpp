@@ -47,10 +47,10 @@ void check(const MlpOptions& o) {
 
 }  // namespace
 
-MlpField::MlpField(MlpNetwork network, const MlpMeaning& meaning, const GridTransform& transform,
+MlpField::MlpField(MlpNetwork network, const MlpUnits& units, const GridTransform& transform,
                    CarvedVoxels voxels)
     : network_(std::move(network)),
-      meaning_(meaning),
+      units_(units),
       cache_(transform, std::move(voxels)),
       kernel_(network_.parameters.scalar_type() == torch::kFloat ? best_mlp_kernel(network_.shape)
                                                                  : MlpKernel::plain) {
@@ -61,8 +61,8 @@ MlpField::Values MlpField::evaluate(std::span<const glm::vec3> point_m,
                                     std::span<const glm::vec3> ray_direction,
                                     std::span<const std::uint32_t> ray_begin) const {
   const MlpOutput out = mlp_forward(network_, point_m, ray_direction, ray_begin, kernel_);
-  return {out.sigma_raw.relu() * (0.5 / meaning_.reference_bin_m),
-          torch::softplus(out.s_raw) * meaning_.source_scale};
+  return {out.sigma_raw.relu() * (0.5 / units_.reference_bin_m),
+          torch::softplus(out.s_raw) * units_.source_scale};
 }
 
 void MlpField::refresh(double least_depth) {
@@ -105,10 +105,10 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
   check(options);
   const GridTransform transform = grid_transform(set, options.voxel_size_m);
   CarvedVoxels carved = carve(set, transform, monitor);
-  MlpMeaning meaning{std::numeric_limits<double>::infinity(), double{set.bright},
+  MlpUnits units{std::numeric_limits<double>::infinity(), double{set.bright},
                      integrator_from_name(options.integrator)};
   for (const PosedImage& image : set.images)
-    meaning.reference_bin_m = std::min(meaning.reference_bin_m, image.acquisition.range_spacing_m);
+    units.reference_bin_m = std::min(units.reference_bin_m, image.acquisition.range_spacing_m);
   MlpNetwork network = make_mlp_network(options.shape, cube_around(set.box_m), seed);
   // A ReLU that is 0 everywhere would stay so: space begins as fog, and the network's own small numbers vary it.
   for (const MlpLayer& layer : mlp_layers(options.shape)) {
@@ -116,7 +116,7 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
     if (layer.name == "s")
       network.bias(layer).fill_(std::log(std::expm1(options.initial_brightness)));
   }
-  MlpField field(std::move(network), meaning, transform, std::move(carved));
+  MlpField field(std::move(network), units, transform, std::move(carved));
   if (set.ground) field.ground = set.ground->plane;
   field.resolution = set.resolution;
   return field;
@@ -130,7 +130,7 @@ constexpr std::size_t kRowsAtATime = 8;
 /// What the backward pass needs of the forward one.
 struct Pass : torch::CustomClassHolder {
   Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const MlpField& field)
-      : segments(rows, sampling, field.cache(), field.ground), integrator(field.meaning().integrator) {}
+      : segments(rows, sampling, field.cache(), field.ground), integrator(field.units().integrator) {}
 
   RowSegments segments;
   Integrator integrator;

@@ -11,7 +11,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/parallel.h"
-#include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/occupancy_grid.h"
 
 namespace sarnerf {
 

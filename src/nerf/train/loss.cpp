@@ -25,8 +25,8 @@ PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options) {
 
 namespace {
 
-/// Whether the response is a part of the model: where images are not sharpened.
-bool is_through_response(const TrainingSet& set) { return set.resolution && set.ground && set.cleaned.empty(); }
+/// Whether the response is a part of the model: where images are not deconvolved.
+bool is_through_response(const TrainingSet& set) { return set.resolution && set.ground && set.deconvolved.empty(); }
 
 }  // namespace
 
@@ -162,7 +162,7 @@ constexpr double kDivergence = 1000.0, kWorseThanBlack = 10.0;
 }  // namespace
 
 DivergenceGuard::DivergenceGuard(const TrainingSet& set) : peak_(double{set.peak}), mean_square_(0.0) {
-  for (const PosedImage& image : set.appearances()) {
+  for (const PosedImage& image : set.training_images()) {
     double sum = 0.0;
     for (const float p : image.power.pixels()) sum += (double{p} / peak_) * (double{p} / peak_);
     mean_square_ += sum / static_cast<double>(image.power.pixels().size() * set.images.size());

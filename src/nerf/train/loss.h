@@ -72,7 +72,7 @@ struct RowGradients {
 
 /// The data term, of single rows or through an impulse response.
 ///
-/// Sharpened images (train/response.h) are learned row by row. Speckle cannot be sharpened. There the response B is a part of
+/// Deconvolved images (train/response.h) are learned row by row. Speckle cannot be deconvolved. There the response B is a part of
 /// the model, μ = B f with f what the field renders, and the value is that of all pixels of the views that have rows in the
 /// batch:
 ///
@@ -82,7 +82,7 @@ struct RowGradients {
 /// they show the bare ground. Cost through a response: a product of matrices of the image's size for each axis and view.
 class DataTerm {
  public:
-  /// Through the set's impulse response where the images are not sharpened. `set` is not kept. Throws UsageError where a
+  /// Through the set's impulse response where the images are not deconvolved. `set` is not kept. Throws UsageError where a
   /// spacing under-samples the resolution.
   DataTerm(const TrainingSet& set, const PixelLoss& pixel);
 

@@ -82,7 +82,7 @@ torch::Tensor without_response(const torch::Tensor& image, const ResponseMatrix&
 
 }  // namespace
 
-std::vector<PosedImage> sharpened(const std::vector<PosedImage>& images, const Resolution& resolution) {
+std::vector<PosedImage> richardson_lucy(const std::vector<PosedImage>& images, const Resolution& resolution) {
   const torch::NoGradGuard no_gradients;
   const auto matrices = response_matrices(images, resolution);
   std::vector<PosedImage> sharp = images;

@@ -33,6 +33,6 @@ std::vector<std::shared_ptr<const ResponseMatrix>> response_matrices(const std::
 /// of all, and is no more than the tails that the iteration has not taken away yet, is 0.
 ///
 /// Cost: 240 products of matrices a view. Throws UsageError where a spacing under-samples the resolution.
-std::vector<PosedImage> sharpened(const std::vector<PosedImage>& images, const Resolution& resolution);
+std::vector<PosedImage> richardson_lucy(const std::vector<PosedImage>& images, const Resolution& resolution);
 
 }  // namespace sarnerf

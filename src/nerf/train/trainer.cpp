@@ -133,21 +133,21 @@ struct Trainer::State {
         registration(options.n_registrations) {}
 
   /// What goes with shifts and gains of the views, after they have changed.
-  void look_at_views() {
+  void views_have_changed() {
     data_term.set_images(set);
     if (registration.is_complete() && set.ground) {
       GroundRule rule = set.ground_rule;
       rule.view_gains = false;  // the registration has them
-      if (auto ground = estimate_ground(set.appearances(), set.box_m, set.ground->plane->height_m, rule)) {
+      if (auto ground = estimate_ground(set.training_images(), set.box_m, set.ground->plane->height_m, rule)) {
         set.ground = std::move(ground);
         learner->set_ground(set.ground->plane);
       }
     }
-    look_at_field(true);
+    field_has_changed(true);
   }
 
   /// The queue's rows, or with `resume` only what goes with them, after the field's space has changed.
-  void look_at_field(bool resume) {
+  void field_has_changed(bool resume) {
     if (!resume) queue.keep_rows_that_see(set, learner->field());
     windows.clear();
     if (!set.ground) return;
@@ -184,7 +184,7 @@ struct Trainer::State {
     RowBatch batch;
     for (int n = 0; n < options.rows_per_step && !queue.empty(); ++n) {
       const RowQueue::Draw draw = queue.next();
-      const PosedImage& image = set.appearances()[draw.row.view];
+      const PosedImage& image = set.training_images()[draw.row.view];
       const auto i = static_cast<int>(draw.row.row);
       RowRequest request{image.acquisition, i, draw.along_track_jitter, draw.fan_jitter};
       LayoverShadowWindow window{request.least_angle_rad, request.most_angle_rad, 0, image.power.n_range()};
@@ -210,17 +210,17 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options, const Monitor& 
                             "dataset, and whether its images are of one scene",
                             box.min.x, box.max.x, box.min.y, box.max.y, box.min.z, box.max.z));
   }
-  state_->look_at_field(false);
+  state_->field_has_changed(false);
 }
 
 Trainer::~Trainer() = default;
 
 StepReport Trainer::step(double progress) {
   State& s = *state_;
-  if (s.learner->adapt(progress, s.set, s.sampling())) s.look_at_field(false);
+  if (s.learner->adapt(progress, s.set, s.sampling())) s.field_has_changed(false);
   if (s.registration.is_due(progress)) {
     s.registration.pass(s.set, s.learner->field(), s.data_term.pixel());
-    s.look_at_views();
+    s.views_have_changed();
   }
   StepReport report{s.steps + 1, 0.0, 0.0, s.learner->field().size_text()};
   if (const RowBatch batch = s.next_batch(); !batch.rows.empty()) {
@@ -262,7 +262,7 @@ void Trainer::restore(const Archive& archive, const std::string& where) {
   state_->queue.restore(archive, where);
   state_->registration.restore(archive, state_->set, where);
   state_->data_term.restore(archive, where);
-  state_->look_at_views();
+  state_->views_have_changed();
   state_->steps = saved.steps;
   state_->guard.set_least(saved.least_error);
 }

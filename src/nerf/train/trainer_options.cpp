@@ -133,7 +133,7 @@ void learn_over_ground(TrainerOptions& options, const TrainingSet& set) {
   options.grid.smooth_density = std::max(options.grid.smooth_density, 1e-2 * scarcity);
   options.grid.smooth_source = 1.0 * scarcity;
   options.grid.smooth_angular = 4.0 * scarcity / looks;
-  if (set.resolution && set.cleaned.empty()) options = with_smoothness(options, kThroughResponse);
+  if (set.resolution && set.deconvolved.empty()) options = with_smoothness(options, kThroughResponse);
 }
 
 }  // namespace
@@ -256,7 +256,7 @@ Parts parts_of(const TrainingSet& set) {
   TrainingSet& learned = parts.learned;
   learned = set;
   learned.images.clear();
-  learned.cleaned.clear();
+  learned.deconvolved.clear();
   if (learned.ground) {
     learned.ground->gain.clear();
     learned.ground->mask.clear();
@@ -268,7 +268,7 @@ Parts parts_of(const TrainingSet& set) {
       continue;
     }
     learned.images.push_back(set.images[v]);
-    if (!set.cleaned.empty()) learned.cleaned.push_back(set.cleaned[v]);
+    if (!set.deconvolved.empty()) learned.deconvolved.push_back(set.deconvolved[v]);
     if (!set.ground) continue;
     learned.ground->gain.push_back(set.ground->gain[v]);
     learned.ground->mask.push_back(set.ground->mask[v]);

@@ -110,13 +110,13 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   const bool speckled = is_speckled(images);
   set.ground_rule = ground_rule;
   set.images = std::move(images);
-  const auto find_ground = [&] { set.ground = ground_of(set.appearances(), set.box_m, height_m, ground_rule); };
+  const auto find_ground = [&] { set.ground = ground_of(set.training_images(), set.box_m, height_m, ground_rule); };
   if (speckled) find_ground();
   // Few speckled views may show a ground that cannot be estimated, and must not be deconvolved.
   if (!speckled || set.ground || set.images.size() >= ground_rule.least_views) set.resolution = resolution;
-  if (set.resolution && !set.ground) set.cleaned = sharpened(set.images, *resolution);
-  if (!set.ground && !(speckled && set.cleaned.empty())) find_ground();
-  set.bright = mean_of_brightest(set.appearances());
+  if (set.resolution && !set.ground) set.deconvolved = richardson_lucy(set.images, *resolution);
+  if (!set.ground && !(speckled && set.deconvolved.empty())) find_ground();
+  set.bright = mean_of_brightest(set.training_images());
   if (set.ground) set.box_m.min.y = set.ground->plane->height_m;
   else if (height_m) set.box_m.min.y = *height_m;
   if (set.ground) {
@@ -125,12 +125,12 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
       set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + above_m);
     }
     divide(set.images, set.ground->gain);
-    divide(set.cleaned, set.ground->gain);
+    divide(set.deconvolved, set.ground->gain);
   } else if (!set.resolution && has_background(set.images) && is_mostly_tails(set.images, set.peak)) {
-    set.cleaned = without_tails(set.images, set.peak);
+    set.deconvolved = without_tails(set.images, set.peak);
     set.tails_are_dark = true;
   }
-  set.background = has_background(set.appearances());
+  set.background = has_background(set.training_images());
   return set;
 }
 

@@ -21,8 +21,8 @@ namespace sarnerf {
 
 namespace {
 
-/// Random numbers by position instead of by turn: a pixel's value depends on its indices and the key
-/// alone, so that rows can be made by any thread and empty pixels skipped. SplitMix64's finaliser
+/// Counter-based random numbers: a pixel's value depends on its indices and the key alone, so that any
+/// thread can make a row and empty pixels can be skipped. SplitMix64's finaliser
 /// (Steele, Lea and Flood 2014) over a counter.
 class WhiteNoise {
  public:
@@ -48,7 +48,7 @@ class WhiteNoise {
     return z ^ (z >> 31);
   }
 
-  /// In (0, 1): never zero, whose logarithm is infinite.
+  /// Uniform in (0, 1]: never 0, whose logarithm is infinite. 1 occurs by rounding, with probability 2⁻⁵³.
   double uniform(std::uint64_t index) const {
     return (double(mix(key_ + (index + 1) * kStep) >> 11) + 0.5) * 0x1p-53;
   }
@@ -63,7 +63,7 @@ struct ComplexPlane {
   Plane real, imaginary;
 };
 
-/// Scratch of one worker: a complex row in double.
+/// Scratch of one worker: a complex row in double precision.
 struct ComplexRow {
   explicit ComplexRow(int n_range)
       : real(static_cast<std::size_t>(n_range)), imaginary(static_cast<std::size_t>(n_range)) {}
@@ -74,8 +74,8 @@ struct ComplexRow {
   std::vector<double> real, imaginary;
 };
 
-/// White complex values of standard deviation deviation(i, j), filtered along range; column j of the
-/// result times gain(j). Where the deviation is zero nothing is drawn.
+/// Fills `plane` with white complex noise of standard deviation deviation(i, j), filtered along range, column j
+/// times gain(j). Pixels of zero deviation are skipped.
 template <class Deviation, class Gain>
 void fill_along_range(ComplexPlane& plane, std::span<const double> taps, const WhiteNoise& random,
                       const Deviation& deviation, const Gain& gain, const Monitor& monitor) {
@@ -107,8 +107,8 @@ void fill_along_range(ComplexPlane& plane, std::span<const double> taps, const W
   });
 }
 
-/// Amplitudes per bin and row that give white unit noise, filtered without anything from beyond the
-/// borders, its full power up to them.
+/// Gains per bin and row that give filtered white unit noise its full power up to the borders, where the filter
+/// gets nothing from beyond.
 struct NoiseGains {
   NoiseGains(const ImpulseResponse& response, std::span<const double> noise_power, int n_azimuth)
       : of_bin(noise_power.size()), of_row(static_cast<std::size_t>(n_azimuth)) {
@@ -124,8 +124,8 @@ struct NoiseGains {
   std::vector<double> of_bin, of_row;
 };
 
-/// Replaces mean power by Σ_m a_m |h ⊛ (√β⁰ w_m) + n_m|². `noise_power` holds one value per range bin, or
-/// nothing: then no noise is made.
+/// Replaces mean power by Σ_m a_m |h ⊛ (√β⁰ w_m) + n_m|². `noise_power` holds one value per range bin; empty:
+/// no noise.
 void apply_speckle(Image<float>& beta0, const ImpulseResponse& response, std::span<const double> look_weights,
                    std::span<const double> noise_power, const WhiteNoise& random, const Monitor& monitor) {
   const int n_azimuth = beta0.n_azimuth(), n_range = beta0.n_range();
@@ -176,7 +176,7 @@ void apply_speckle(Image<float>& beta0, const ImpulseResponse& response, std::sp
 constexpr double kMostLooks = 1000.0;
 constexpr double kMostNoiseDb = 300.0;
 
-/// N_j of every bin, 0 where no incidence exists.
+/// N_j of every bin; 0 in bins without incidence.
 std::vector<double> noise_power(double nesz_db, const Acquisition& acquisition, double reference_height_m) {
   const double height_m = acquisition.altitude_m() + acquisition.aim_m.y - reference_height_m;
   if (!(height_m > 0.0)) {
@@ -194,7 +194,7 @@ std::vector<double> noise_power(double nesz_db, const Acquisition& acquisition, 
   return power;
 }
 
-/// All of validate() but the sampling, which making the kernels finds out.
+/// All checks of validate() except the sampling, which impulse_response() checks.
 void require_meaning(const ImageFormation& f) {
   if (!(f.looks >= 1.0) || (f.looks > kMostLooks && f.speckle())) {
     throw UsageError("--looks: expected a number from 1 to 1000, or inf for no speckle, found " +

@@ -72,7 +72,7 @@ const Image<float>& Layers::values(Layer layer) const {
     case Layer::error:
       return error;
     case Layer::mask:
-      throw UsageError("the mask is no layer of float values");
+      throw UsageError("the mask is not a layer of float values");
     default:
       return beta0[static_cast<std::size_t>(layer)];
   }
@@ -123,11 +123,11 @@ std::pair<int, int> LayerView::plane_bins(double first_ray, double last_ray) con
 
 namespace {
 
-/// What lies within this of the reference plane is part of it: it hides the plane and casts no shadow.
+/// A surface within this distance of the reference plane counts as part of it: it hides the plane and casts no shadow.
 constexpr double kCoplanar_m = 1e-3;
-/// Positions on range (bins) are not known better than that.
+/// Accuracy of positions in range (bins).
 constexpr double kBinTolerance = 0.01;
-/// Rays between two groups that are one: less than a ray is no separation.
+/// Groups of one component that are at most this many rays apart are one group.
 constexpr double kLargestGap = 1.0;
 
 std::size_t slot(Component component) { return static_cast<std::size_t>(component) - 1; }
@@ -166,7 +166,7 @@ void LayerRow::sum(std::size_t j, Component component, double mass, double ray, 
 }
 
 void LayerRow::group(std::size_t j, const LayerRun& run) {
-  // The rays of the run that reach the bin.
+  // The part of the run's rays that contributes to the bin.
   double first = run.first_ray, last = run.last_ray;
   const double span = run.last_bin - run.first_bin;
   if (span != 0.0) {
@@ -189,7 +189,7 @@ void LayerRow::add(const LayerRun& run) {
   const double rays_per_bin = high > low ? (run.last_ray - run.first_ray) / (run.last_bin - run.first_bin) : 0.0;
   for_each_share(sums_.size(), run.first_bin, run.last_bin, run.smear, [&](std::size_t j, double share) {
     if (!(share > 0.0)) return;
-    // Middle of the run's part in this bin.
+    // Centre of the run's part in this bin.
     const double x = 0.5 * (std::clamp(double(j), low, high) + std::clamp(double(j) + 1.0, low, high));
     const double ray = high > low ? run.first_ray + (x - run.first_bin) * rays_per_bin
                                   : std::midpoint(run.first_ray, run.last_ray);
@@ -202,7 +202,7 @@ void LayerRow::add_ground(const LayerRun& run) {
   if (!(run.mass > 0.0)) return;
   for_each_share(sums_.size(), run.first_bin, run.last_bin, run.smear, [&](std::size_t j, double share) {
     if (!(share > 0.0)) return;
-    // On the plane the height is 0, whatever the ray; NaN rays are those of bins nearer than the plane.
+    // The height on the plane is 0: nothing to add to the sum of heights.
     Sums& s = sums_[j];
     const double mass = run.mass * share;
     s.mass[slot(Component::ground)] += mass;
@@ -218,7 +218,7 @@ void LayerRow::add_ground(std::span<const double> mass) {
     Sums& s = sums_[j];
     s.mass[slot(Component::ground)] += mass[j];
     const double ray = view_.plane_ray(static_cast<int>(j));
-    // The nadir's bin has some ground although its middle is nearer.
+    // The nadir's bin contains ground although its centre is nearer than the plane.
     s.incidence += mass[j] * (std::isfinite(ray) ? view_.incidence_rad(ray) : 0.0);
     s.with_incidence += mass[j];
     of_slice_[j].ground = true;
@@ -280,7 +280,7 @@ void LayerRow::end_row(int i, std::span<const double> beta0_per_mass, Layers& la
       layers.scatterers(i, j) = static_cast<float>(double(n_scatterers_[n]) / n_slices_);
     }
     if (layers_.has(Layer::mask)) {
-      // Ties go to the greater value: it says more.
+      // Ties go to the greater value, which carries more information.
       const auto& votes = votes_[n];
       std::size_t most = 3;
       for (std::size_t value = 3; value-- > 0;) {

@@ -11,7 +11,7 @@ namespace sarnerf {
 
 namespace {
 
-/// Sub-rays of one ray, spread over the cell of one step of k and one slice width: a rank-1 lattice.
+/// Offsets of the sub-rays of one ray within its cell (one step of k by one slice width): a rank-1 lattice.
 struct CellOffset {
   double ray, slice;
 };
@@ -23,13 +23,13 @@ CellOffset cell_offset(int q, int count) {
 
 constexpr int kMaxSubRays = 64;
 
-/// Segments that are gathered before they are integrated: bounds the memory of a worker.
+/// Segments are integrated in batches of about this many, which bounds the memory of a worker.
 constexpr std::size_t kMostSegments = std::size_t{1} << 16;
 
 /// Two-way optical depth that leaves half of the power.
 constexpr double kHalfPower = std::numbers::ln2;
 
-/// Gives the layers what each segment of the scratch contributes.
+/// Adds the contribution of each segment of the scratch to the layers.
 void add_layers(const MediaScratch& scratch, LayerRow& layers) {
   for (std::size_t ray = 0; ray < scratch.ray_k.size(); ++ray) {
     LayerRun run;
@@ -105,7 +105,7 @@ void Media::find_boundaries(const ViewRays& rays, const Slice& slice, int k,
     const double along_d = glm::dot(n, d);
     const double sign = along_d < 0.0 ? 1.0 : -1.0;
     const std::uint32_t piece = piece_[crossing.triangle];
-    // A ray through an edge meets both faces: entering twice, or leaving what it never entered, is
+    // A ray through an edge meets both faces: entering twice, or leaving a piece that it did not enter, is
     // one crossing counted twice.
     if ((sign > 0.0) == (depth_in(piece) > 0.0)) continue;
     const double offset_m = rays.start_offset_m + crossing.distance_m;
@@ -117,8 +117,8 @@ void Media::find_boundaries(const ViewRays& rays, const Slice& slice, int k,
                           -slice.width_m * glm::dot(n, h) * bins_per_plane, sign, piece,
                           medium_[crossing.triangle]});
   }
-  // A solid entered and never left was grazed at an edge: it has no length. Pieces are entered once
-  // before they are left, so what is open at the end is the piece's last boundary.
+  // A solid that the ray enters and never leaves was grazed at an edge: it has no length. A piece is left
+  // before it is entered again, so that an unmatched entry is the piece's last boundary.
   for (std::size_t n = boundaries.size(); n-- > 0;) {
     const MediaBoundary b = boundaries[n];
     if (b.sign > 0.0 && depth_in(b.piece) > 0.0) {
@@ -147,8 +147,8 @@ void Media::append_ray(const Cell& cell, double spacing_m, double end_of_ray, do
     const Material& medium = media_[b.medium];
     densest_per_m = std::max(densest_per_m, medium.extinction_per_m + medium.extinction_back_per_m);
   }
-  // A dense medium answers at its surface, whose range must be spread over the cell as finely as an
-  // opaque face is; a thin one blurs it by itself.
+  // A dense medium scatters at its surface, whose range must be spread over the cell as finely as that of an
+  // opaque face. A thin medium spreads its power in range by itself.
   const double cells = densest_per_m * spacing_m > 0.05 ? 4.0 * steepest_bins : steepest_bins;
   const int n_sub_rays = static_cast<int>(std::clamp(std::ceil(cells), 1.0, double{kMaxSubRays}));
   const double weight = cell.weight * cell.rays * cell.slices / n_sub_rays;
@@ -160,7 +160,7 @@ void Media::append_ray(const Cell& cell, double spacing_m, double end_of_ray, do
       b.bin += offset.ray * cell.rays * b.bin_per_ray +
                (offset.slice * cell.slices + cell.shift) * b.bin_per_slice;
     }
-    // A few, and nearly in order already.
+    // Insertion sort: the boundaries are few, and nearly in order already.
     for (std::size_t n = 1; n < moved.size(); ++n) {
       for (std::size_t p = n; p > 0 && moved[p].bin < moved[p - 1].bin; --p) {
         std::swap(moved[p], moved[p - 1]);
@@ -181,7 +181,7 @@ void Media::append_ray(const Cell& cell, double spacing_m, double end_of_ray, do
         if (!two_way_equal_) scratch.extinction_back.push_back(static_cast<float>(std::max(0.0, back)));
         scratch.scattering.push_back(static_cast<float>(std::max(0.0, scattering) * weight));
       };
-      // Before bin 0 one piece is enough: it only attenuates.
+      // One segment covers all that lies before bin 0: it only attenuates.
       if (x < x_end && x < 0.0) append(kNoBin, x, std::min(0.0, x_end));
       for_each_bin_part(std::max(0.0, x), x_end,
                         [&](double bin, double near, double far) { append(static_cast<std::uint32_t>(bin), near, far); });

@@ -86,11 +86,11 @@ void add_run(const ViewRays& rays, const Slice& slice, const SliceRun& run, cons
 
 namespace {
 
-/// Largest departure (bins) of a run from the straight line that is deposited in its place.
+/// Largest deviation (bins) of a run from the straight line that is deposited for it.
 constexpr float kBinTolerance = 0.004f;
-/// Largest relative change of γ inside a run. Its mean is exact; this only bounds its distribution.
+/// Largest relative change of γ inside a run. The run's mean γ is exact; this only bounds the error of its distribution.
 constexpr float kGammaTolerance = 0.001f;
-/// Samples that are tested together.
+/// Samples tested together.
 constexpr std::size_t kRunBlock = 4;
 
 class Reconstruction {
@@ -126,7 +126,7 @@ class Reconstruction {
   }
 
  private:
-  /// Does a sample continue the run that begins at `first`?
+  /// Tests whether a sample continues the run that begins at `first`.
   struct RunTest {
     float bin, slope, smear, gamma, smear_tolerance, gamma_tolerance;
 
@@ -138,7 +138,7 @@ class Reconstruction {
           smear_tolerance(kBinTolerance * (1.0f + std::abs(smear))),
           gamma_tolerance(kGammaTolerance * gamma) {}
 
-    /// Not zero if sample n, which is `step` after the first, does not.
+    /// Not zero if sample n, `step` samples after the first, departs from the run.
     std::uint32_t departs(const Reconstruction& r, std::size_t n, float step) const {
       const float straight = bin + slope * step;
       return std::uint32_t{r.surface_[n] == kNoTriangle} |
@@ -158,12 +158,12 @@ class Reconstruction {
   }
 
   /// Last sample, from m on, that lies on the plane of the run with the same brightness. This loop
-  /// sees every ray.
+  /// visits every ray: it is hot.
   std::size_t end_of_run(std::size_t m, std::size_t last) {
     if (!present(m)) return m;
     const RunTest test(*this, first_);
     float gamma_sum = 0.0f;
-    // Whole blocks without a branch inside, which the compiler vectorises, then single samples.
+    // Whole blocks without an inner branch, so that the compiler vectorises them; then single samples.
     for (; m + kRunBlock <= last; m += kRunBlock) {
       const auto step = static_cast<float>(m - first_);
       std::uint32_t departs = 0;
@@ -181,7 +181,7 @@ class Reconstruction {
     return m;
   }
 
-  /// Ends the run at sample m plus `after` of a ray step, and deposits it.
+  /// Ends the run `after` of a ray step beyond sample m, and deposits it.
   void close(std::size_t m, double after) const {
     if (!present(m)) return;
     const double gamma_first = gamma_[first_], gamma_last = gamma_[m];
@@ -198,7 +198,7 @@ class Reconstruction {
     deposit_trapezoid(bins_, x_first, x_last, smear, mass);
   }
 
-  /// Where, between samples m and m + 1, what m sees ends: a fraction of the step.
+  /// Where the surface of sample m ends between samples m and m + 1, as a fraction of the step.
   double border_after(std::size_t m) const {
     if (!present(m)) return begin_of(m + 1);
     if (!present(m + 1)) return end_of(m);
@@ -206,7 +206,7 @@ class Reconstruction {
     const double step = static_cast<double>(bin_[m + 1]) - bin_[m];
     const double parting = slope_near - slope_far;
 
-    // One plane, up to tolerance: only the brightness changes here.
+    // One plane, within tolerance: only the brightness changes.
     const double misfit = step - 0.5 * (slope_near + slope_far);
     if (std::abs(misfit) <= 2.0 * kBinTolerance && std::abs(parting) <= 2.0 * kBinTolerance) {
       return brightness_border(m);
@@ -214,7 +214,7 @@ class Reconstruction {
     // Two planes that meet between the rays.
     const double meeting = (step - slope_far) / parting;
     if (meeting >= 0.0 && meeting <= 1.0) return meeting;
-    // A rough surface, finer than the rays: no reason to see an outline in it.
+    // A surface with relief finer than the ray spacing: not an outline.
     if (std::abs(misfit) <= 0.25 * (std::abs(slope_near) + std::abs(slope_far))) return 0.5;
     // An outline: the nearer face ends, or begins, in front of the farther one.
     return misfit > 0.0 ? end_of(m) : begin_of(m + 1);
@@ -230,7 +230,7 @@ class Reconstruction {
 
   const Appearance* appearance_of(std::uint32_t surface) const {
     if (surface == kGroundSurface) return scene_.ground;
-    return &scene_.appearances.appearances[scene_.appearances.of_triangle[surface]];
+    return &scene_.training_images.training_images[scene_.training_images.of_triangle[surface]];
   }
 
   glm::dvec3 scene_point(std::size_t m) const {
@@ -243,7 +243,7 @@ class Reconstruction {
   double end_of(std::size_t m) const { return outline(m, +1); }
   double begin_of(std::size_t m) const { return 1.0 - outline(m, -1); }
 
-  /// How far, in ray steps, the face seen by sample m reaches beyond it towards greater (+1) or
+  /// How far, in ray steps, the face of sample m extends beyond the sample towards greater (+1) or
   /// smaller (−1) k.
   double outline(std::size_t m, int towards) const {
     const std::uint32_t surface = surface_[m];
@@ -253,8 +253,8 @@ class Reconstruction {
     const double k = s_.k_of(m), steps_per_ray = 1.0 / s_.k_step;
     const double reach = (towards > 0 ? rays->second - k : k - rays->first) * steps_per_ray;
     if (!(reach >= 0.0 && reach <= 1.0)) return 0.5;
-    // Of faces smaller than the spacing of the rays most are met by no ray. Each one that is stands for those
-    // that are not, be they alone or parts of a larger surface: for half a step on either side.
+    // No ray meets most of the faces that are smaller than the ray spacing. A face that is met represents the others,
+    // whether they are separate or parts of a larger surface: it covers half a step on either side.
     const bool small = (rays->second - rays->first) * steps_per_ray < 1.0;
     return small ? 0.5 : reach;
   }
@@ -279,12 +279,12 @@ void deposit_slice(const Slice& slice, const SliceScene& scene, std::span<double
 
 namespace {
 
-/// The mesh wins over a ground that lies above it by less than this part of a bin, and what single precision
-/// makes of the scene's coordinates: floors and roads lie in the ground's plane.
+/// The mesh takes precedence over a ground that lies above it by less than this fraction of a bin plus the
+/// single-precision rounding of the scene's coordinates: floors and roads lie in the ground's plane.
 constexpr double kCoplanarInBins = 1.0 / 300.0;
 constexpr double kSinglePrecision = 0x1p-21;
 
-/// Largest coordinate of a view's rays, in the frame in which they are traced (m).
+/// Largest coordinate of a view's rays in the scene frame, in which they are traced (m).
 double reach_m(const ViewRays& rays) {
   const Acquisition& a = rays.grid.acquisition();
   const auto at = [&](std::size_t n) {

@@ -54,26 +54,26 @@ void SliceSubset::take(const Slice& slice, int k_step, const SliceGroup& group) 
 
 namespace {
 
-/// Rows with more corners than slices, and than this, are cut equally: their errors even out.
+/// Rows with more corners than slices, and more than this, are cut equally: their errors average out.
 constexpr std::ptrdiff_t kAlwaysCut = 4;
-/// Corners closer than this part of a slice count as one.
+/// Corners closer than this fraction of a slice count as one.
 constexpr double kSameCorner = 1e-3;
-/// Between corners that are few there are at least so many slices, however close the corners are: a wall that is
-/// nearly parallel to the slices begins and ends in such a gap, and what it hides changes all the way. A slice that is
-/// alone there would be wrong by percents of an image and, the same in coarser samplings, not know it.
+/// Smallest number of slices between two corners in rows of few corners, however close the corners are. A wall nearly
+/// parallel to the slices begins and ends in such a gap, and the part that it hides changes throughout it. A single slice
+/// there would be wrong by percents of an image; the error estimate would miss that, since coarser samplings have the
+/// same slice.
 constexpr int kLeastBetween = 3;
 
 }  // namespace
 
-RowSlices::RowSlices(const Acquisition& acquisition, int n_sub_rows, std::span<const glm::vec3> vertices_m,
+RowSlices::RowSlices(const Acquisition& acquisition, int n_slices, std::span<const glm::vec3> vertices_m,
                      const glm::dvec3& origin_from_aim_m)
-    : acquisition_(acquisition), n_sub_rows_(n_sub_rows) {
-  // Rows of one slice are compared with their neighbours, which must have the same.
-  if (n_sub_rows == 1) return;
-  const double n_slices = double(acquisition.n_azimuth) * n_sub_rows;
-  if (double(vertices_m.size()) > n_slices) return;
+    : acquisition_(acquisition), n_slices_(n_slices) {
+  // Rows of one slice are compared with the neighbouring row, which must then have one slice, too.
+  if (n_slices == 1) return;
+  if (double(vertices_m.size()) > double(acquisition.n_azimuth) * n_slices) return;
   const glm::dvec3 h = radar_frame(acquisition).h;
-  const double same_m = kSameCorner * acquisition.azimuth_spacing_m / n_sub_rows;
+  const double same_m = kSameCorner * acquisition.azimuth_spacing_m / n_slices;
   for (const glm::vec3& v : vertices_m) corners_m_.push_back(glm::dot(glm::dvec3(v) + origin_from_aim_m, h));
   std::sort(corners_m_.begin(), corners_m_.end());
   const auto same = [&](double a, double b) { return b - a < same_m; };
@@ -83,7 +83,7 @@ RowSlices::RowSlices(const Acquisition& acquisition, int n_sub_rows, std::span<c
 void RowSlices::row(int i, std::vector<RowSlice>& slices, std::vector<SliceGroup>& groups) const {
   slices.clear();
   groups.clear();
-  const double row_m = acquisition_.azimuth_spacing_m, equal_m = row_m / n_sub_rows_;
+  const double row_m = acquisition_.azimuth_spacing_m, equal_m = row_m / n_slices_;
   const double begin_m = acquisition_.row_offset_m(i - 0.5);
   const auto cut = [&](double from_m, double length_m, int n) {
     const double width_m = length_m / n;
@@ -93,9 +93,9 @@ void RowSlices::row(int i, std::vector<RowSlice>& slices, std::vector<SliceGroup
   const double least_m = kSameCorner * equal_m;
   const auto first = std::lower_bound(corners_m_.begin(), corners_m_.end(), begin_m + least_m);
   const auto last = std::lower_bound(first, corners_m_.end(), begin_m + row_m - least_m);
-  if (first == last || last - first > std::max<std::ptrdiff_t>(kAlwaysCut, n_sub_rows_)) {
-    for (int s = 0; s < n_sub_rows_; ++s) slices.push_back({begin_m + (s + 0.5) * equal_m, equal_m, 1.0});
-    append_groups(n_sub_rows_, groups);
+  if (first == last || last - first > std::max<std::ptrdiff_t>(kAlwaysCut, n_slices_)) {
+    for (int s = 0; s < n_slices_; ++s) slices.push_back({begin_m + (s + 0.5) * equal_m, equal_m, 1.0});
+    append_groups(n_slices_, groups);
     return;
   }
   const int least = last - first <= kAlwaysCut ? kLeastBetween : 1;

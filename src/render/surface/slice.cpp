@@ -10,7 +10,7 @@ namespace sarnerf {
 
 namespace {
 
-/// Neighbouring rays whose hits share their appearance, as bare pointers so that the compiler
+/// Neighbouring rays whose hits have the same appearance. Raw pointers, so that the compiler
 /// vectorises the loops below.
 struct Run {
   std::size_t n;
@@ -68,7 +68,7 @@ std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table,
       };
       while (end < n && shared(end)) ++end;
       const std::size_t k = from + begin;
-      shade_run(table.appearances[appearance],
+      shade_run(table.training_images[appearance],
                 {end - begin, slice.cosine.data() + 1 + begin, scratch.distance.data() + begin,
                  scratch.origin_x.data() + begin, scratch.origin_y.data() + begin,
                  scratch.origin_z.data() + begin, rays.direction_x.data() + k,
@@ -82,7 +82,7 @@ std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table,
 
 namespace {
 
-/// Inputs and outputs of the loop below, as bare pointers so that the compiler vectorises it.
+/// Inputs and outputs of the loop below. Raw pointers, so that the compiler vectorises it.
 struct PlaneLoop {
   std::size_t n;
   const float *direction_x, *direction_y, *direction_z, *turn_x, *turn_y, *turn_z;
@@ -107,7 +107,7 @@ SARNERF_CLONES void evaluate_planes(const PlaneLoop& p) {
     const float along_turn = nx * p.turn_x[k] + ny * p.turn_y[k] + nz * p.turn_z[k];
     const float along_h = nx * p.h_x + ny * p.h_y + nz * p.h_z;
     const float length = std::sqrt(nx * nx + ny * ny + nz * nz);
-    // A face seen exactly edge-on has no finite slope; it has no area either.
+    // A face seen edge-on has an infinite slope; limiting it does no harm, since its projected area is zero.
     const float steepest = std::copysign(std::max(std::abs(along_d), 1e-6f * length), along_d);
     const float inverse = p.bins_per_m / steepest;
     p.bin[k] = p.start_bin + p.distance[k] * p.bins_per_m;
@@ -147,7 +147,7 @@ PlaneLoop plane_loop(const ViewRays& rays, std::size_t from, std::size_t count,
   return loop;
 }
 
-/// Of scratch whose content nobody needs: the old memory goes before the new comes, and none is spare.
+/// Resizes scratch whose content is not needed: frees the old memory before it allocates, without spare capacity.
 template <class T>
 void regrow(std::vector<T>& array, std::size_t size) {
   array = std::vector<T>();

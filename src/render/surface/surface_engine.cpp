@@ -24,15 +24,15 @@ namespace {
 /// Scratch of one worker that renders rows of a mesh.
 struct SurfaceWorker {
   SliceBlock block;
-  Slice bare;  ///< meets nothing but the ground
+  Slice bare;  ///< slice that meets the ground only
   MediaScratch media;
   std::vector<RowSlice> slices;    ///< of the row under way
-  std::vector<SliceGroup> groups;  ///< what they stand for in coarser samplings
+  std::vector<SliceGroup> groups;  ///< their groups in the coarser samplings
   std::vector<double> bins, ground_bins;
   std::optional<LayerRow> layers;
   std::uint64_t n_hits = 0;
 
-  /// What coarser samplings of the row have gathered.
+  /// One coarser sampling of the row.
   struct Nested {
     std::vector<double> bins;
     SliceSubset subset;
@@ -45,7 +45,7 @@ struct SurfaceWorker {
 /// One view of a mesh, row by row; rows are independent.
 class SurfaceView {
  public:
-  /// `scene`, `plan` and `nested` must outlive it; the plan has at least one ray. `nested`, unless null, gets
+  /// `scene`, `plan` and `nested` must outlive it; the plan has at least one ray. `nested`, unless null, receives
   /// the coarser samplings.
   SurfaceView(const SurfaceScene& scene, const ViewPlan& plan, NestedImages* nested);
 
@@ -99,8 +99,8 @@ SurfaceView::SurfaceView(const SurfaceScene& scene, const ViewPlan& plan, Nested
       rays_(plan.acquisition, plan.fan, scene.origin_m, extent_.range_offsets_m()),
       sections_(rays_, vertices(scene.opaque.vertices_m), scene.opaque.triangles, scene.origin_m),
       ground_(make_ground(scene, rays_, plan.acquisition)),
-      slice_scene_{rays_, sections_, scene.appearances, ground_ ? &ground_->appearance() : nullptr},
-      row_slices_(plan.acquisition, plan.n_sub_rows, scene.opaque.vertices_m, scene.origin_m - plan.acquisition.aim_m) {
+      slice_scene_{rays_, sections_, scene.training_images, ground_ ? &ground_->appearance() : nullptr},
+      row_slices_(plan.acquisition, plan.n_slices, scene.opaque.vertices_m, scene.origin_m - plan.acquisition.aim_m) {
   const Acquisition& a = plan.acquisition;
   if (!scene.media.empty()) media_extent_.emplace(a, scene.media.box_m());
   if (!plan.layers.layers.without(Layer::error).empty()) {
@@ -109,7 +109,7 @@ SurfaceView::SurfaceView(const SurfaceScene& scene, const ViewPlan& plan, Nested
   }
   // β⁰ = (r_j Δθ / Δr) × sum over k, averaged over the row's slices.
   for (int j = 0; j < a.n_range; ++j) {
-    beta0_per_mass_.push_back(beta0_per_contribution(a, plan.fan.step_rad, plan.n_sub_rows, j));
+    beta0_per_mass_.push_back(beta0_per_contribution(a, plan.fan.step_rad, plan.n_slices, j));
   }
 }
 
@@ -120,7 +120,7 @@ SurfaceWorker SurfaceView::make_worker() const {
   return w;
 }
 
-/// Deposits slice s of the row, in the image and where coarser samplings have it.
+/// Deposits slice s of the row in the image and in the coarser samplings that contain it.
 void SurfaceView::deposit(std::size_t s, const Slice& slice, SurfaceWorker& w) const {
   deposit_slice(slice, slice_scene_, w.bins, LayerSink{w.layers ? &*w.layers : nullptr, components_});
   for_nested(s, w, [&](int k_step, const SliceGroup& group, SurfaceWorker::Nested& n) {
@@ -145,7 +145,7 @@ void SurfaceView::deposit_ground_outside(std::size_t s, double gap_first, double
   });
 }
 
-/// Bare ground to both sides of the rays that may meet the mesh.
+/// Deposits the bare ground on both sides of the rays that may meet the mesh.
 void SurfaceView::render_ground_around(std::size_t s, const RayRange& kept, const Slice& beside,
                                        SurfaceWorker& w) const {
   const int n_el = plan_.fan.n_elevation, end = kept.first + kept.count;
@@ -186,7 +186,7 @@ void SurfaceView::render_kept(std::size_t s, const RayRange& kept, const RayRang
   deposit(s, slice, w);
 }
 
-/// Slices [first, first + n) of the row.
+/// Renders slices [first, first + n) of the row.
 void SurfaceView::render_slices(std::size_t first, std::size_t n, SurfaceWorker& w) const {
   SliceBlock& block = w.block;
   block.n_slices = n;
@@ -199,7 +199,7 @@ void SurfaceView::render_slices(std::size_t first, std::size_t n, SurfaceWorker&
   if (!scene_.scene.box.empty()) angles = extent_.angles(first_along_m, last_along_m);
   const RayRange kept = rays_inside(plan_.fan, angles);
   if (kept.count > 0) {
-    w.n_hits += trace_slices(*scene_.tracer, rays_, scene_.appearances, kept.first, kept.count, block);
+    w.n_hits += trace_slices(*scene_.tracer, rays_, scene_.training_images, kept.first, kept.count, block);
   }
   RayRange through_media;
   if (media_extent_) {
@@ -285,7 +285,7 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
     for (std::size_t i = begin; i < end; ++i) {
       monitor.check();
       view.render_row(static_cast<int>(i), workers[static_cast<std::size_t>(worker)], out, monitor);
-      // One worker reports for all: reports must not overlap.
+      // Only one worker reports progress: reports must not overlap.
       const std::size_t done = ++n_rows_done;
       if (worker == 0) monitor.report("rendering rows", done, static_cast<std::uint64_t>(a.n_azimuth));
     }

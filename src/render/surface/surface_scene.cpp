@@ -38,9 +38,9 @@ TriangleSubset take_triangles(const Mesh& mesh, std::span<const std::uint32_t> c
 namespace {
 
 constexpr std::size_t kMaxTriangles = 200'000;
-/// |cos| of the angle between faces, below which it counts as right: 3 degrees off.
+/// |cos| of the angle between two faces below which they count as perpendicular: up to 3 degrees off.
 constexpr double kRightAngle = 0.0523;
-/// Share of the opaque area that must belong to such faces.
+/// Smallest fraction of the opaque area in such faces that triggers the warning.
 constexpr double kShare = 0.35;
 
 struct Face {
@@ -63,9 +63,9 @@ std::uint32_t opposite_corner(const glm::uvec3& t, std::uint32_t a, std::uint32_
 }
 
 /// One line when much of the mesh is made of faces that meet in concave right angles: dihedral and
-/// trihedral corner reflectors answer by double and triple bounces, and an image of single bounces
-/// lacks them. Empty otherwise. Meshes of more than 200,000 triangles are not examined: they are scans
-/// of shapes rather than drawings of corners.
+/// trihedral corner reflectors scatter by double and triple bounces, which an image of single bounces
+/// lacks. Empty otherwise. Meshes of more than 200,000 triangles are not examined: they are usually scans
+/// and not drawings with exact corners.
 std::string corner_reflector_warning(const Scene& scene) {
   const Mesh& mesh = scene.mesh;
   if (mesh.triangles.size() > kMaxTriangles) return {};
@@ -85,7 +85,7 @@ std::string corner_reflector_warning(const Scene& scene) {
       if (is_new) continue;
       const std::uint32_t other = found->second;
       if (std::abs(glm::dot(faces[t].normal, faces[other].normal)) > kRightAngle) continue;
-      // Concave: the other face lies on the side to which this one looks. Shells are taken as drawn.
+      // Concave: the other face lies on the side of this face's normal. Shells keep the winding they were drawn with.
       const glm::dvec3 across =
           mesh.vertices_m[opposite_corner(mesh.triangles[other], low, high)] - mesh.vertices_m[low];
       if (glm::dot(across, faces[t].normal) > 0.0) in_corner[t] = in_corner[other] = 1;
@@ -95,7 +95,7 @@ std::string corner_reflector_warning(const Scene& scene) {
   if (!(total_m2 > 0.0) || corner_m2 < kShare * total_m2) return {};
   char text[256];
   std::snprintf(text, sizeof text,
-                "%.0f %% of the surface lies in concave right angles: corner reflectors answer by "
+                "%.0f %% of the surface lies in concave right angles: corner reflectors scatter by "
                 "double and triple bounces, which an image of single bounces does not contain",
                 100.0 * corner_m2 / total_m2);
   return text;
@@ -123,7 +123,7 @@ std::size_t count_open_media(const Scene& scene) {
 SurfaceScene::SurfaceScene(const Scene& s)
     : scene(s), origin_m(s.box.empty() ? glm::dvec3(0.0) : s.box.centre()), media(s, origin_m) {
   const std::vector<std::uint32_t> chosen = opaque_triangles(s);
-  appearances = make_appearances(s, chosen, origin_m);
+  training_images = make_appearances(s, chosen, origin_m);
   opaque = take_triangles(s.mesh, chosen, origin_m);
   tracer = std::make_unique<RayTracer>(vertices(opaque.vertices_m), opaque.triangles);
   if (std::string corners = corner_reflector_warning(s); !corners.empty()) {

@@ -70,7 +70,7 @@ VisibleRays::VisibleRays(const Acquisition& acquisition, const Fan& fan,
       last_tangent = std::max(last_tangent, tangent);
       nearest = std::min(nearest, depth);
     }
-    // Depth is at most range: what lies deeper than the last bin is not seen.
+    // Depth is at most range: a box deeper than the last bin lies beyond it.
     if (nearest > acquisition.range_m(acquisition.n_range - 0.5)) continue;
     const RayRange rays =
         rays_inside(fan, std::pair{std::atan(first_tangent), std::atan(last_tangent)});
@@ -82,7 +82,7 @@ VisibleRays::VisibleRays(const Acquisition& acquisition, const Fan& fan,
     const double end = double(acquisition.n_azimuth) - 1.0;
     for (double i = std::max(first_row, 0.0); i <= std::min(last_row, end); i += 1.0) {
       std::vector<RayRange>& row = rows_[static_cast<std::size_t>(i)];
-      // Merging before the vector would grow keeps it as small as its result.
+      // Merging whenever the vector is full keeps its size close to that of the merged result.
       if (row.size() == row.capacity() && row.size() >= kLeastToMerge) {
         merge(row);
         row.reserve(2 * std::max(row.size(), kLeastToMerge));

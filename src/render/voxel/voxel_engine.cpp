@@ -15,8 +15,8 @@ namespace sarnerf {
 
 namespace {
 
-/// Errors of an image in differences to a coarser one, measured (sar_bench accuracy): voxels of twice the size
-/// have 2.1 times the error, of the same sign mostly.
+/// Ratio of an image's error to its difference from a coarser image, measured (sar_bench accuracy): voxels of twice
+/// the size have 2.1 times the error, mostly of the same sign.
 constexpr double kErrorsPerVoxelDifference = 1.0;
 constexpr double kErrorsPerRayDifference = 0.4;
 
@@ -37,7 +37,7 @@ void render_rows(const VoxelScene& scene, const ViewPlan& plan, int row_step, Re
   parallel_for(n_rows, 1, [&](std::size_t begin, std::size_t end, int worker) {
     for (std::size_t n = begin; n < end; ++n) {
       view.render_row(static_cast<int>(n) * row_step, *workers[static_cast<std::size_t>(worker)], out, monitor);
-      // One worker reports for all: reports must not overlap.
+      // Only one worker reports progress: reports must not overlap.
       const std::size_t done = ++n_rows_done;
       if (worker == 0) monitor.report("rendering rows", done, n_rows);
     }
@@ -45,7 +45,7 @@ void render_rows(const VoxelScene& scene, const ViewPlan& plan, int row_step, Re
   for (const auto& w : workers) out.n_hits += w->n_hits;
 }
 
-/// Every second row: enough for one number, and half the cost.
+/// Row step of an estimate without a map: every second row is enough for one number, at half the cost.
 constexpr int kEstimatedRows = 2;
 
 Image<float> rows_of(const Image<float>& image, int row_step) {
@@ -56,17 +56,17 @@ Image<float> rows_of(const Image<float>& image, int row_step) {
   return rows;
 }
 
-/// Error of a view, from a coarser one: of the same volume, sampled by half as many rays, or, `of_voxels`, of
-/// the same scene in voxels of twice the size.
+/// Error of a view, from its difference to a coarser view of half as many elevation rays and half as many slices (at
+/// least two). `coarser` is the same volume or, if `of_voxels`, the same scene in voxels of twice the size.
 ErrorEstimate estimate(const VoxelScene& coarser, bool of_voxels, const ViewPlan& plan, const Image<float>& image,
                        const Monitor& monitor) {
   ViewPlan coarse = plan;
   coarse.layers = {};
   coarse.fan = make_fan({plan.fan.first_angle_rad, plan.fan.first_angle_rad + plan.fan.step_rad * plan.fan.n_elevation},
                         (plan.fan.n_elevation + 1) / 2);
-  // Slices are compared with their neighbours: two at least.
-  coarse.n_sub_rows = std::max(2, plan.n_sub_rows / 2);
-  coarse.n_slices_at_once = std::min(plan.n_slices_at_once, coarse.n_sub_rows);
+  // The footprint deposit compares a slice with its neighbours: it needs at least two.
+  coarse.n_slices = std::max(2, plan.n_slices / 2);
+  coarse.n_slices_at_once = std::min(plan.n_slices_at_once, coarse.n_slices);
   RenderedView rendered;
   rendered.beta0 = Image<float>(image.n_azimuth(), image.n_range());
   const int row_step = plan.error.map ? 1 : kEstimatedRows;
@@ -111,7 +111,7 @@ std::uint64_t VoxelEngine::memory_bytes() const {
 
 ViewPlan VoxelEngine::plan(const Acquisition& acquisition, const Sampling& sampling) const {
   ViewPlan plan = plan_voxel_view(state_->scene.planned(), state_->scene.volume, acquisition, sampling);
-  // The boxes of matter are carried to the aim point for each view.
+  // Each view copies the boxes of occupied voxels, relative to its aim point.
   plan.memory_bytes += state_->scene.boxes_m.size() * sizeof(Box);
   return plan;
 }

@@ -14,7 +14,7 @@ namespace sarnerf {
 
 namespace {
 
-/// The occupied part of each of a volume's bricks of cells, as boxes in world coordinates.
+/// The occupied part of each of a volume's bricks of cells, as a box in world coordinates.
 std::vector<Box> volume_boxes_m(const Occupancy& occupancy, const GridTransform& transform) {
   std::vector<Box> boxes;
   boxes.reserve(occupancy.bricks().n_bricks());
@@ -31,11 +31,11 @@ std::vector<Box> volume_boxes_m(const Occupancy& occupancy, const GridTransform&
 
 int n_extinctions(const FieldChannels& channels) { return channels.first_source(); }
 
-/// Of the longest distance in the scene frame: what rounding to single precision moves a traced ray or a box
-/// by, several times over.
+/// Fraction of the longest distance in the scene frame, several times the displacement of a traced ray or a box by
+/// rounding to single precision.
 constexpr double kSinglePrecision = 0x1p-22;
 
-/// Channel beside the extinctions that scatters by itself, or −1.
+/// Channel of the scattering P if the volume has one, or −1.
 int scattering_channel(const FieldChannels& channels) {
   return channels.basis == SourceBasis::scattering ? channels.first_source() : -1;
 }

@@ -15,14 +15,14 @@
 
 namespace sarnerf {
 
-/// What layers ask about a point of a volume. One per thread; the volume must outlive it.
+/// Component and incidence at points of a volume, for layers. One per thread; the volume must outlive it.
 class VolumeSurface {
  public:
   /// `grid`: the volume's, with its transform in the frame of the points.
   VolumeSurface(const Volume& volume, const BrickView<const float>& grid);
 
-  /// Component that most of the occupied voxels around the point have, by their weights in the
-  /// interpolation; `other` in volumes that do not say.
+  /// Component with the largest sum of trilinear weights over the occupied voxels around the point;
+  /// `other` in volumes without components.
   Component component(const glm::vec3& point_m);
 
   /// Angle (rad) between a ray and the normal; NaN where the volume has none.
@@ -36,18 +36,18 @@ class VolumeSurface {
   std::vector<float> channels_;
 };
 
-/// A volume made ready for rays: what of it is occupied, and Embree's tree over that.
+/// A volume prepared for ray casting: its occupancy, and Embree's BVH over the occupied boxes.
 struct VoxelScene {
-  /// `scene` gives the ground, and must outlive this.
+  /// `scene` provides the ground and must outlive this.
   VoxelScene(const Scene& scene, Volume volume);
 
   VoxelScene(const VoxelScene&) = delete;
   VoxelScene& operator=(const VoxelScene&) = delete;
 
-  /// What a plan should know of: the volume's box and the ground.
+  /// The scene as input of a plan: the volume's box and the ground.
   Scene planned() const;
 
-  /// Boxes of occupied matter relative to an aim point.
+  /// Boxes of occupied voxels relative to an aim point.
   std::vector<Box> boxes_from(const glm::dvec3& aim_m) const;
 
   std::uint64_t memory_bytes() const;
@@ -57,7 +57,7 @@ struct VoxelScene {
   Occupancy occupancy;
   std::vector<Box> boxes_m;  ///< world coordinates
   glm::dvec3 origin_m;       ///< of the scene frame, in which Embree works
-  double slack_m;            ///< traced boxes are so much larger, so that none is missed by rounding
+  double slack_m;            ///< margin of the traced boxes, so that rounding makes no ray miss one
   std::optional<BoxTracer> tracer;
   std::optional<Appearance> ground;
 };

@@ -9,16 +9,16 @@ namespace sarnerf {
 
 namespace {
 
-/// Rays of each slice that are marched before the segments are counted.
+/// Rays of each slice that are marched between two checks of the number of segments.
 constexpr std::size_t kRaysPerStep = 16;
 
-/// Embree's entries are in single precision: begin a little before them (voxels).
+/// Embree's entry distances are in single precision: marching begins this much before them (voxels).
 constexpr double kEntryMargin = 0.02;
 
-/// What of the ground all rays together hide is hidden but for rounding.
+/// Ground power below this fraction of the bare ground's is the rounding error of a fully hidden ground: set to 0.
 constexpr double kGroundRounding = 1e-12;
 
-/// Two-way optical depth that leaves half of the power: behind more, the reference plane counts as hidden.
+/// Two-way optical depth that leaves half of the power. Behind a larger depth the reference plane counts as hidden.
 constexpr double kHalfPower = std::numbers::ln2;
 
 Box visible_box(const VoxelScene& scene, const Acquisition& a) {
@@ -44,11 +44,11 @@ VoxelView::VoxelView(const VoxelScene& scene, const ViewPlan& plan)
     uniform_ground_ = ground_->uniform();
   }
   if (uniform_ground_) {
-    for (int k = 0; k < plan.fan.n_elevation; ++k) ground_->deposit(k, 0.0, plan.n_sub_rows, bare_ground_);
+    for (int k = 0; k < plan.fan.n_elevation; ++k) ground_->deposit(k, 0.0, plan.n_slices, bare_ground_);
   }
   if (!plan.layers.layers.without(Layer::error).empty()) layers_.emplace(a, plan.fan, plan.layers.reference_height_m);
   for (int j = 0; j < a.n_range; ++j) {
-    beta0_per_mass_.push_back(beta0_per_contribution(a, plan.fan.step_rad, plan.n_sub_rows, j));
+    beta0_per_mass_.push_back(beta0_per_contribution(a, plan.fan.step_rad, plan.n_slices, j));
   }
 }
 
@@ -61,7 +61,7 @@ VoxelWorker VoxelView::make_worker() const {
   return w;
 }
 
-/// Finds where the rays of a block of slices enter matter.
+/// Finds where the rays of a block of slices enter occupied voxels.
 void VoxelView::trace(const Block& block, std::span<const RayRange> ranges, VoxelWorker& w) const {
   std::array<RayRow, RayTracer::kRowsPerBlock> rows;
   std::array<HitRow, RayTracer::kRowsPerBlock> hits;
@@ -73,7 +73,7 @@ void VoxelView::trace(const Block& block, std::span<const RayRange> ranges, Voxe
   scene_.tracer->entries(std::span(rows).first(block.n_slices), std::span(hits).first(block.n_slices));
 }
 
-/// Marches those of the slice's rays that entered matter.
+/// Marches the slice's rays that entered occupied voxels.
 void VoxelView::march(const Block& block, std::size_t slice, const Part& part, VoxelWorker& w) const {
   const PackedRow& packed = w.packed[slice];
   const double entry_margin_m = kEntryMargin * grid_.transform.voxel_size_m + scene_.slack_m;
@@ -97,10 +97,10 @@ void VoxelView::march(const Block& block, std::size_t slice, const Part& part, V
   }
 }
 
-/// Marches the rays from `first` on, until all are done or their segments fill the worker's memory.
+/// Marches the rays from `first` on, until all are done or, without layers, kMostSegments is reached.
 VoxelView::Part VoxelView::march_part(const Block& block, std::size_t first, VoxelWorker& w) const {
   w.rows.clear();
-  w.rows.begin_row(rays_.grid, block.row, plan_.n_sub_rows);
+  w.rows.begin_row(rays_.grid, block.row, plan_.n_slices);
   Part part{first, first};
   while (part.end < w.packed_k.size()) {
     if (!w.layers && part.end - first > 1 && w.rows.n_segments() >= kMostSegments) break;
@@ -112,8 +112,8 @@ VoxelView::Part VoxelView::march_part(const Block& block, std::size_t first, Vox
   return part;
 }
 
-/// What ray k sees of the ground goes into the row's ground: all of it, or, where the bare ground is known,
-/// what is missing of it.
+/// Adds the ground seen by ray k, of which the fraction `passed` is visible, to the row's ground bins. For a uniform
+/// ground, whose bare bins are there already, adds the hidden part with negative sign.
 void VoxelView::see_ground(const Block& block, std::size_t slice, int k, double passed,
                            VoxelWorker& w) const {
   const double weight = uniform_ground_ ? passed - 1.0 : passed;
@@ -122,7 +122,7 @@ void VoxelView::see_ground(const Block& block, std::size_t slice, int k, double 
   if (w.layers) ground_->deposit(k, block.along_m[slice], weight, w.layers->ground[slice]);
 }
 
-/// The ground between rays that may meet matter, where it is not known in closed form.
+/// Adds the ground of the rays outside `ranges`, which meet no occupied voxels, if the ground has no closed form.
 void VoxelView::see_bare_ground(const Block& block, std::size_t slice, std::span<const RayRange> ranges,
                                 VoxelWorker& w) const {
   int k = 0;
@@ -150,7 +150,7 @@ bool VoxelView::plane_is_hidden(std::uint32_t ray, double plane_bin, const Voxel
   return depth > kHalfPower;
 }
 
-/// The same deposit for layers, and which part of the reference plane the slice hides.
+/// Makes the same deposit for layers, and marks the part of the reference plane that the slice hides.
 void VoxelView::add_to_layers(std::size_t slice, VoxelWorker& w) const {
   const SampleBatch& batch = w.rows.batch();
   const FootprintDeposit& lattice = w.rows.lattice();
@@ -161,7 +161,7 @@ void VoxelView::add_to_layers(std::size_t slice, VoxelWorker& w) const {
     const int k = w.packed_k[n];
     const double plane_bin = layers_->plane_bin(k);
     if (std::isfinite(plane_bin) && plane_is_hidden(ray, plane_bin, w)) layers.row.hide_behind(k);
-    // Segments that give next to nothing, before and behind an opaque surface, are no scatterers of their own.
+    // Segments of very small contribution, in front of and behind an opaque surface, do not count as scatterers.
     const double least = 0.1 * lattice.mass(slice, n) / static_cast<double>(batch.ray_begin[ray + 1] - batch.ray_begin[ray]);
     lattice.for_each_trapezoid(batch.ray_begin, slice, n, [&](std::size_t q, double c, double x0, double x1, double smear) {
       LayerRun run;
@@ -193,17 +193,17 @@ void VoxelView::render_row(int i, VoxelWorker& w, RenderedView& out, const Monit
     }
   }
   const int n_at_once = plan_.n_slices_at_once;
-  for (int first = 0; first < plan_.n_sub_rows; first += n_at_once) {
+  for (int first = 0; first < plan_.n_slices; first += n_at_once) {
     monitor.check();
     Block block;
     block.row = i;
-    block.n_slices = static_cast<std::size_t>(std::min(n_at_once, plan_.n_sub_rows - first));
+    block.n_slices = static_cast<std::size_t>(std::min(n_at_once, plan_.n_slices - first));
     w.rows.begin_lattice(block.n_slices, w.consecutive);
     for (std::size_t s = 0; s < block.n_slices; ++s) {
-      block.along_m[s] = slice_along_m(a, i, first + static_cast<int>(s), plan_.n_sub_rows);
+      block.along_m[s] = slice_along_m(a, i, first + static_cast<int>(s), plan_.n_slices);
       if (w.layers) {
         w.layers->ground[s] = bare_ground_;
-        for (double& mass : w.layers->ground[s]) mass /= plan_.n_sub_rows;
+        for (double& mass : w.layers->ground[s]) mass /= plan_.n_slices;
       }
       if (ground_ && !uniform_ground_) see_bare_ground(block, s, ranges, w);
     }
@@ -212,7 +212,7 @@ void VoxelView::render_row(int i, VoxelWorker& w, RenderedView& out, const Monit
     for (Part part{0, 0}; part.first < w.packed_k.size(); part.first = part.end) {
       part = march_part(block, part.first, w);
       w.rows.emit(scene_.volume.channels.basis, plan_.integrator, part.first, part.end);
-      // A ray's footprint needs its neighbour behind: the last one comes again with the next part.
+      // A ray's footprint needs the next ray: the last ray of a part is marched again with the next part.
       if (part.end < w.packed_k.size()) --part.end;
       for (std::size_t s = 0; s < block.n_slices; ++s) w.rows.deposit(s, part.first, part.end, w.bins);
     }

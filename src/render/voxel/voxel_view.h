@@ -17,36 +17,36 @@
 
 namespace sarnerf {
 
-/// Where a fan's rays meet the infinite ground plane, for engines that look at rays one by one. Each ray
-/// stands for the ground of its step of angle, so that together they cover it without gaps.
+/// Where a fan's rays meet the infinite ground plane, for engines that process rays one by one. Each ray
+/// represents the ground within its angular step, so that together they cover it without gaps.
 class GroundRays {
  public:
   /// `rays` must outlive it.
   GroundRays(const ViewRays& rays, const Appearance& appearance, double height_m);
 
-  /// Whether the plane looks the same everywhere: it needs no rays of its own then.
+  /// Whether the plane has no texture, so that it needs no rays of its own.
   bool uniform() const { return !appearance_.checker; }
 
   /// Range offset at which ray k meets the plane (m); infinite if it does not.
   double offset_m(int k) const { return offset_m_[static_cast<std::size_t>(k)]; }
 
-  /// Adds what ray k of the row at a sees of the ground, times `weight`, in units of γ times ray steps.
+  /// Adds the power of the ground that ray k sees at `along_track_m`, times `weight`, in units of γ times ray steps.
   void deposit(int k, double along_track_m, double weight, std::span<double> bins) const;
 
  private:
   const ViewRays& rays_;
   Appearance appearance_;
   std::vector<double> offset_m_, gamma_;        ///< per ray
-  std::vector<double> first_bin_, last_bin_;    ///< per ray: between which it covers the ground
+  std::vector<double> first_bin_, last_bin_;    ///< per ray: the bin coordinates between which it covers the ground
 };
 
-/// The rays of one slice that may meet matter, side by side for tracing, and what they met.
+/// The rays of one slice that may meet occupied voxels, as arrays for tracing, and their hits.
 struct PackedRow {
   std::vector<float> origin_x, origin_y, origin_z, direction_x, direction_y, direction_z;
   std::vector<float> distance, normal_x, normal_y, normal_z;
   std::vector<std::uint32_t> box;
 
-  /// Takes the rays of these ranges of k, in their order, at an along-track coordinate.
+  /// Copies the rays of these ranges of k, in order, at an along-track coordinate.
   void pack(const ViewRays& rays, double along_m, std::span<const RayRange> ranges);
 
   RayRow rays(float far_m) const {
@@ -55,12 +55,12 @@ struct PackedRow {
   HitRow hits() { return {distance, normal_x, normal_y, normal_z, box}; }
 };
 
-/// Which rays of each azimuth row may meet matter: for each row the rays k of a fan, as separate ranges in
-/// ascending order. Empty space between things costs nothing, however much there is of it.
+/// The rays of each azimuth row that may meet occupied voxels: for each row the rays k of a fan, as disjoint
+/// ranges in ascending order. Empty space between objects costs nothing, however large it is.
 class VisibleRays {
  public:
-  /// `boxes_from_aim`: of matter, relative to the aim point, world axes. Cost: boxes times the rows that
-  /// each of them reaches.
+  /// `boxes_from_aim`: boxes of occupied voxels, relative to the aim point, world axes. Cost: boxes times the
+  /// rows that each of them spans.
   VisibleRays(const Acquisition& acquisition, const Fan& fan, std::span<const Box> boxes_from_aim);
 
   std::span<const RayRange> row(int i) const { return rows_[static_cast<std::size_t>(i)]; }
@@ -75,7 +75,7 @@ struct VoxelWorker {
   VoxelWorker(const BrickView<const float>& grid, const VoxelScene& scene, double longest_m)
       : marcher(grid, scene.volume.channels, scene.occupancy, longest_m) {}
 
-  /// What layers need beside the image.
+  /// Additional scratch for layers.
   struct LayerScratch {
     LayerRow row;
     VolumeSurface surface;
@@ -86,25 +86,25 @@ struct VoxelWorker {
   AzimuthRows rows;
   std::array<PackedRow, RayTracer::kRowsPerBlock> packed;  ///< of each slice
   std::vector<int> packed_k;      ///< k of each packed ray
-  std::vector<MarchRay> marched;  ///< rays of a step that entered matter
-  std::vector<double> depth;      ///< what they passed
+  std::vector<MarchRay> marched;  ///< rays of a step that entered occupied voxels
+  std::vector<double> depth;      ///< two-way optical depth along each of them
   std::vector<bool> consecutive;  ///< packed rays n and n + 1 are neighbours
   std::vector<double> bins, ground_bins;
   std::optional<LayerScratch> layers;
-  std::size_t n_counted = 0;  ///< packed rays of the block whose hits and ground are counted
+  std::size_t n_counted = 0;  ///< packed rays of the block whose hits and ground are already counted
   std::uint64_t n_hits = 0;
 };
 
-/// Segments that a worker holds before it deposits them, about: bounds its memory where rays are long and
-/// voxels fine. Layers need all segments of a slice at once.
+/// Approximate number of segments that a worker holds before it deposits them: bounds its memory for long rays
+/// and fine voxels. Layers need all segments of a slice at once.
 inline constexpr std::size_t kMostSegments = std::size_t{1} << 18;
-/// Bytes of a worker's scratch for each of them, with what growing vectors hold in reserve.
+/// Bytes of a worker's scratch for each segment, including the spare capacity of growing vectors.
 inline constexpr std::uint64_t kBytesPerSegment = 128;
-/// And for each packed ray of each slice.
+/// The same for each packed ray of each slice.
 inline constexpr std::uint64_t kPackedBytesPerRay = 96;
 
-/// One view of a volume, row by row; rows are independent. Embree finds where rays enter matter; from there they take the way
-/// of AzimuthRows, some slices at a time, over the footprint.
+/// One view of a volume, row by row; rows are independent. Embree finds where rays enter occupied voxels. From there
+/// AzimuthRows marches them, some slices at a time, and deposits them over their footprints.
 class VoxelView {
  public:
   /// `scene` and `plan` must outlive it; the plan has at least one ray.
@@ -138,11 +138,11 @@ class VoxelView {
 
   const VoxelScene& scene_;
   const ViewPlan& plan_;
-  Box box_m_;  ///< of what can be seen
+  Box box_m_;  ///< the volume's support; the aim point if that is empty
   VisibleRays visible_;
   ViewRays rays_;
   std::optional<GroundRays> ground_;
-  std::vector<double> bare_ground_;  ///< of a uniform ground that nothing hides, all slices of a row
+  std::vector<double> bare_ground_;  ///< bins of a uniform ground that nothing hides, all slices of a row
   bool uniform_ground_ = false;
   std::optional<LayerView> layers_;
   BrickView<const float> grid_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that CGAL does here, in one unit, because its headers take as long to compile as the rest of scene: triangles are turned
-// alike, points are told inside from outside, and distances to surfaces are found.
+// All uses of CGAL in scene: orientation of triangles, inside-outside tests and distances to surfaces. They are in one
+// translation unit because CGAL's headers take as long to compile as the rest of scene.
 #include "cgal/cgal_surface.h"
 
 #include <array>
@@ -48,7 +48,7 @@ Polygons polygons_of(std::span<const glm::uvec3> triangles) {
   return polygons;
 }
 
-/// CGAL reports what it did not expect by exceptions of its own.
+/// Runs `work` and turns exceptions of CGAL into InputError.
 template <class Work>
 auto translated(Work work) {
   try {
@@ -82,7 +82,7 @@ struct SideOfSurface::State {
   Tree tree;
   std::unique_ptr<SideTest> side;  ///< null where no face has area: then nothing is inside
 
-  /// Faces without area have no sides, and CGAL's rays must not be asked to meet them.
+  /// Faces without area have no sides, and CGAL's rays must not be intersected with them.
   std::vector<Face> faces_with_area() const {
     std::vector<Face> faces;
     for (const Face face : surface.faces()) {
@@ -135,11 +135,11 @@ struct SurfaceDistance::State {
             distance};
   }
 
-  /// On an edge or a corner several triangles are nearest: of these the one that faces the point most, and
-  /// of such the first, so that rounding decides nothing.
+  /// On an edge or a corner several triangles are nearest. Returns the one that faces the point most, and the
+  /// first of several such, so that the result does not depend on rounding.
   std::uint32_t facing_triangle(const glm::dvec3& away, double distance, const glm::dvec3& q,
                                 std::uint32_t own, Face face) const {
-    // Perpendicular to its triangle: nearest in the triangle's inside, or as good as that.
+    // `away` is perpendicular to the triangle: q lies inside the triangle, or nearly so.
     if (std::abs(glm::dot(away, normal[own])) > (1.0 - 1e-9) * distance) return own;
     constexpr double kAlike = 1e-6;
     const double tolerance = 1e-6 * distance;
@@ -172,8 +172,8 @@ SurfaceDistance::SurfaceDistance(std::span<const glm::dvec3> vertices_m,
   State& s = *state_;
   s.normal.assign(triangles.size(), glm::dvec3(0.0));
   s.face_of_triangle.assign(triangles.size(), CgalMesh::null_face());
-  // A mesh of triangles that know no neighbours would do for distances. Closed pieces need connected
-  // ones, and repair has left them without edges of three faces.
+  // Distances need no connectivity between triangles. Inside tests of closed pieces do, and after repair these
+  // have no edge with three faces.
   std::vector<CgalMesh::Vertex_index> vertex;
   vertex.reserve(vertices_m.size());
   for (const glm::dvec3& v : vertices_m) vertex.push_back(s.surface.add_vertex(point_of(v)));
@@ -186,7 +186,7 @@ SurfaceDistance::SurfaceDistance(std::span<const glm::dvec3> vertices_m,
     s.normal[t] = area / length;
     Face face = s.surface.add_face(vertex[c.x], vertex[c.y], vertex[c.z]);
     if (face == CgalMesh::null_face()) {
-      // Corners that pinch the surface: vertices of its own.
+      // The surface is pinched at these corners: the triangle gets vertices of its own.
       face = s.surface.add_face(s.surface.add_vertex(point_of(vertices_m[c.x])),
                                 s.surface.add_vertex(point_of(vertices_m[c.y])),
                                 s.surface.add_vertex(point_of(vertices_m[c.z])));
@@ -222,7 +222,7 @@ bool SurfaceDistance::holds(const glm::dvec3& point_m, const NearestPoint& neare
   if (!s.side) return false;
   const glm::dvec3 away = point_m - nearest.point_m;
   const double above = glm::dot(away, s.normal[nearest.triangle]);
-  // Perpendicular to its triangle, within rounding: the foot lies inside it.
+  // `away` is perpendicular to the triangle within rounding: the nearest point lies inside it.
   if (std::abs(above) > (1.0 - 1e-9) * nearest.distance_m) return above < 0.0;
   return (*s.side)(point_of(point_m)) == CGAL::ON_BOUNDED_SIDE;
 }
@@ -235,7 +235,7 @@ std::optional<FreePath> SurfaceDistance::free_path(const glm::dvec3& from_m, con
   const Face own = s.face_of_triangle[from];
   const auto found = s.tree.first_intersection(ray, [own](const Face& f) { return f == own; });
   if (!found) return std::nullopt;
-  // A triangle seen edge-on is met in a segment.
+  // The intersection with a triangle seen edge-on is a segment.
 #if CGAL_VERSION_NR >= CGAL_VERSION_NUMBER(6, 0, 0)
   const auto* point = std::get_if<Point>(&found->first);
 #else

@@ -8,13 +8,13 @@
 
 #include <glm/glm.hpp>
 
-/// The part of repair that CGAL does, with exact predicates. A library of its own, because CGAL wants its
-/// users compiled with -frounding-math, which would slow down numeric code, and takes long to compile.
+/// The part of repair that CGAL does, with exact predicates. It is a separate library because CGAL must be
+/// compiled with -frounding-math, which would slow down numeric code, and because it takes long to compile.
 namespace sarnerf {
 
-/// Turns triangles until neighbours agree, and gives triangles around edges that no surface passes
-/// through (three or more faces, or a Möbius strip's seam) vertices of their own. Vertices are appended;
-/// triangles keep their places.
+/// Reverses triangles until neighbours agree. Splits edges through which no surface passes (three or more
+/// faces, or a Möbius strip's seam): the triangles there get vertices of their own. Vertices are appended;
+/// triangles keep their indices.
 void orient_with_cgal(std::vector<glm::dvec3>& vertices, std::vector<glm::uvec3>& triangles);
 
 /// Whether the three points lie on one line; exact.
@@ -22,8 +22,8 @@ bool on_one_line(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c);
 
 enum class Side { inside, outside, on_surface };
 
-/// Tells on which side of a closed surface a point lies; exact, logarithmic in the number of triangles. Some of
-/// them may be without area.
+/// Determines on which side of a closed surface a point lies; exact, logarithmic in the number of triangles.
+/// Triangles without area are ignored.
 class SideOfSurface {
  public:
   SideOfSurface(std::span<const glm::dvec3> vertices, std::span<const glm::uvec3> triangles);

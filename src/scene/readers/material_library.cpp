@@ -48,11 +48,11 @@ const std::vector<Material>& builtin_materials() {
 
 namespace {
 
-/// Finer than any surface is: what such squares show is their mean.
+/// Smallest period of a texture: finer than any real surface; smaller squares would only show their mean.
 constexpr double kFinestPeriod_m = 1e-9;
 
-/// Most extinction and scattering (1/m): beyond anything that exists, and sums over solids that overlap stay
-/// within single precision's 3e38.
+/// Largest extinction and scattering (1/m): above those of any real material. Sums over overlapping solids
+/// stay within single precision's 3e38.
 constexpr double kMost_per_m = 1e30;
 
 Texture parse_texture(const SceneJson& json) {
@@ -179,6 +179,17 @@ const Material& MaterialLibrary::require(std::string_view name, const std::strin
   const std::string close = closest_name(name, known);
   throw InputError(where + ": unknown material " + in_quotes(name) +
                    (close.empty() ? "" : " (" + close + "?)") + "; known are: " + listed(known));
+}
+
+const Material& MaterialLibrary::require_ground(const std::string& name) const {
+  try {
+    const Material& material = require(name, "--ground");
+    if (!material.opaque)
+      throw UsageError("--ground: the material " + in_quotes(name) + " is translucent; the ground needs an opaque one");
+    return material;
+  } catch (const InputError& error) {
+    throw UsageError(error.what());
+  }
 }
 
 std::vector<std::string> MaterialLibrary::names() const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Own reader, because tinyobjloader 2.0 turns vertices that are no numbers, NaN or infinite into zeros
-// without a word, keeps no line numbers, and rounds coordinates of millions of metres in their last digits.
-// Own reader, because CGAL's writes to the standard error and allocates what the header asks for.
+// Own OBJ reader, because tinyobjloader 2.0 silently turns vertices that are NaN, infinite or not numbers into
+// zeros, keeps no line numbers, and rounds the last digits of coordinates of millions of metres.
+// Own OFF reader, because CGAL's writes to the standard error and allocates what the header asks for.
 #include <algorithm>
 #include <cmath>
 
@@ -79,8 +79,8 @@ void read_vertices(const MeshSource& source, ReadProgress& progress, TriangleSou
   }
 }
 
-/// Index of a vertex from "7", "7/1", "7//3" or "7/1/3"; negative numbers count back from the last
-/// vertex read so far.
+/// Index of a vertex from "7", "7/1", "7//3" or "7/1/3"; negative numbers count back from the last vertex
+/// before the face.
 std::uint32_t vertex_index(const MeshSource& source, std::uint64_t line, std::string_view token,
                            std::uint64_t n_so_far, std::uint64_t n_vertices) {
   const std::optional<std::int64_t> number = parse_integer(token.substr(0, token.find('/')));
@@ -97,7 +97,7 @@ std::uint32_t vertex_index(const MeshSource& source, std::uint64_t line, std::st
   return static_cast<std::uint32_t>(index);
 }
 
-/// The rest of a line as one name, without blanks at its ends.
+/// The rest of a line as one name, without leading and trailing blanks.
 std::string_view name_in(std::string_view rest) {
   const std::size_t begin = rest.find_first_not_of(" \t");
   if (begin == std::string_view::npos) return {};
@@ -160,12 +160,12 @@ TriangleSoup read_obj(const MeshSource& file) {
 
 namespace {
 
-/// Lines that hold something besides a comment.
+/// Lines with content other than a comment.
 class Lines {
  public:
   explicit Lines(const MeshSource& source) : source_(source), cursor_(source.bytes) {}
 
-  /// The next such line, cut at its comment; throws at the end of the file.
+  /// The next such line, without its comment; throws at the end of the file.
   std::string_view next(const std::string& expected) {
     std::string_view line;
     while (cursor_.next_line(line)) {
@@ -194,7 +194,7 @@ std::uint64_t take_count(const MeshSource& source, const Lines& lines, std::stri
   return static_cast<std::uint64_t>(*count);
 }
 
-/// Each vertex takes at least "0 0 0\n" and each face "3 0 1 2\n".
+/// Throws InputError unless `count` lines of `bytes_each` bytes fit: "0 0 0\n" for a vertex, "1 0\n" for a face.
 void require_room(const MeshSource& source, std::uint64_t count, std::uint64_t bytes_each,
                   std::uint64_t remaining, const char* what) {
   if (count > (remaining + 1) / bytes_each) {

@@ -42,7 +42,7 @@ struct PlyProperty {
   PlyType type = PlyType::float32;         ///< of the value, or of each value of a list
   std::optional<PlyType> list_count_type;  ///< set for lists
 
-  /// Bytes that it takes in a binary file when its list is empty.
+  /// Least bytes in a binary file: those of a number or of an empty list.
   std::size_t least_bytes() const { return byte_size(list_count_type.value_or(type)); }
 };
 
@@ -51,7 +51,7 @@ struct PlyElement {
   std::uint64_t count = 0;
   std::vector<PlyProperty> properties;
 
-  /// Place of the first property with one of these names.
+  /// Index of the first property with one of these names.
   template <class... Names>
   std::optional<std::size_t> find(Names... names) const {
     for (std::size_t n = 0; n < properties.size(); ++n) {
@@ -64,7 +64,7 @@ struct PlyElement {
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::ascii;
   std::vector<PlyElement> elements;  ///< in the order of the file
-  std::size_t body_begin = 0;        ///< first byte behind the header
+  std::size_t body_begin = 0;        ///< first byte after the header
   std::uint64_t n_lines = 0;         ///< of the header
 };
 
@@ -87,7 +87,7 @@ constexpr std::array<std::pair<std::string_view, PlyType>, 16> kTypes = {{
     {"float64", PlyType::float64},
 }};
 
-/// A header is written by hand or by a program, not by an attacker with megabytes of it.
+/// More than genuine headers have; stops hostile headers of many megabytes.
 constexpr std::size_t kMaxProperties = 1024;
 
 class HeaderParser {
@@ -183,7 +183,8 @@ class HeaderParser {
     header_.elements.back().properties.push_back(std::move(property));
   }
 
-  /// Elements without properties take no bytes; nothing is read or stored for them.
+  /// Compares counts with the bytes that follow. Elements without properties take no bytes, and nothing is read
+  /// or stored for them.
   void check_counts() const {
     const std::uint64_t available = source_.bytes.size() - header_.body_begin;
     for (const PlyElement& element : header_.elements) {
@@ -191,7 +192,7 @@ class HeaderParser {
       for (const PlyProperty& property : element.properties) {
         least += header_.encoding == PlyEncoding::ascii ? 2 : property.least_bytes();
       }
-      // The last number of a text needs no blank behind it.
+      // The last number of a text needs no blank after it.
       if (least != 0 && element.count > (available + 1) / least) {
         fail(source_, "the header promises " + with_thousands(element.count) + " of element " +
                           in_quotes(element.name) + " with at least " + with_thousands(least) +
@@ -210,7 +211,7 @@ class HeaderParser {
 /// Parses "ply … end_header" and checks each count against the bytes that follow.
 PlyHeader read_ply_header(const MeshSource& source) { return HeaderParser(source).parse(); }
 
-/// Numbers of the body, one after the other, whatever their encoding.
+/// Reads the numbers of the body one by one, in any encoding.
 class PlyBody {
  public:
   PlyBody(const MeshSource& source, const PlyHeader& header)
@@ -248,7 +249,7 @@ class PlyBody {
     return value_of(bits, type);
   }
 
-  /// A list's length, checked against the bytes that are left: each value takes at least one.
+  /// A list's length, checked against the bytes that are left: a value takes its size, at least 2 bytes in ASCII.
   std::size_t next_length(const PlyProperty& property, const PlyElement& element,
                           std::uint64_t index) {
     const double length = next(*property.list_count_type, element, index);
@@ -345,7 +346,7 @@ void read_faces(const MeshSource& source, PlyBody& body, ReadProgress& progress,
   PolygonCutter cutter(soup);
   std::vector<std::uint32_t> corners;
   const auto face_name = [](std::uint64_t index) { return "face " + std::to_string(index) + ": "; };
-  // Ids come in long runs: the name is looked up when the id changes.
+  // Equal ids come in long runs: the name is looked up only when the id changes.
   double last_id = -1.0;
   std::uint32_t material = soup.materials.index("");
   for (std::uint64_t index = 0; index < element.count; ++index) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Own reader, because CGAL's takes a truncated file for a shorter mesh.
+// Own reader, because CGAL's reads a truncated file as a shorter mesh.
 #include <algorithm>
 #include <bit>
 
@@ -11,9 +11,9 @@ namespace sarnerf {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 84;  // 80 of comment, then the number of triangles
-constexpr std::size_t kFacetBytes = 50;   // normal, three corners, two bytes of anything
+constexpr std::size_t kFacetBytes = 50;   // normal, three corners, two bytes of any content
 
-/// Little-endian values at any address, on any machine.
+/// A little-endian value at any address, on any machine.
 std::uint32_t load_u32(const char* bytes) {
   std::uint32_t value = 0;
   for (int n = 3; n >= 0; --n) value = (value << 8) | static_cast<unsigned char>(bytes[n]);
@@ -62,7 +62,7 @@ std::uint64_t count_words(std::string_view text, std::string_view word) {
   return count;
 }
 
-/// "facet normal 0 0 1 outer loop vertex … vertex … vertex … endloop endfacet", blanks of any kind.
+/// "facet normal 0 0 1 outer loop vertex … vertex … vertex … endloop endfacet", separated by blanks of any kind.
 TriangleSoup read_ascii(const MeshSource& source) {
   const std::uint64_t n_facets = count_words(source.bytes, "endfacet");
   require_countable(source, 3 * n_facets);
@@ -107,7 +107,7 @@ TriangleSoup read_ascii(const MeshSource& source) {
       in_facet = false;
     } else if (word == "solid" || word == "endsolid") {
       if (in_facet) unexpected("'endfacet'", word);
-      // The name is the rest of the line, and there may be none.
+      // The name is the rest of the line and may be empty.
       std::string_view name;
       cursor.next_line(name);
       if (word == "solid") {
@@ -129,7 +129,7 @@ TriangleSoup read_stl(const MeshSource& file) {
   const bool has_header = file.bytes.size() >= kHeaderBytes;
   const std::uint64_t n_facets = has_header ? load_u32(file.bytes.data() + 80) : 0;
   const std::uint64_t expected = kHeaderBytes + n_facets * kFacetBytes;
-  // Binary files may begin with "solid" too: only the length tells.
+  // Binary files may begin with "solid" too: only the length identifies them.
   if (has_header && file.bytes.size() == expected) return read_binary(file, n_facets);
   const MeshSource source = text_source(file);
   std::string_view rest = source.bytes.substr(0, 256);

@@ -14,17 +14,17 @@
 
 namespace sarnerf {
 
-/// Takes the next run of characters that are not blank from the front of `rest`; empty at its end.
+/// Removes the next run of non-blank characters from the front of `rest` and returns it; empty at the end.
 std::string_view take_token(std::string_view& rest);
 
-/// The whole token as a number, independent of the locale. "nan" and "inf" are numbers; what
-/// overflows is infinite, what underflows is zero.
+/// The whole token as a number, independent of the locale. "nan" and "inf" are numbers; values that overflow
+/// become infinite, values that underflow become zero.
 std::optional<double> parse_real(std::string_view token);
 
 /// The whole token as an integer, with an optional sign.
 std::optional<std::int64_t> parse_integer(std::string_view token);
 
-/// Walks over a text and knows the line it is in, so that errors can name it.
+/// Reads a text from front to back and counts its lines for error messages.
 class TextCursor {
  public:
   /// Lines end as the first one does: by "\n", with or without "\r" before it, or by "\r" alone, as old
@@ -37,8 +37,8 @@ class TextCursor {
   /// Next token, on this line or a later one; empty at the end of the text.
   std::string_view next_token();
 
-  std::uint64_t line_number() const { return line_number_; }  ///< of what was returned last, from 1
-  std::size_t position() const { return position_; }          ///< bytes passed
+  std::uint64_t line_number() const { return line_number_; }  ///< of the text returned last; the first line is 1
+  std::size_t position() const { return position_; }          ///< bytes read so far
   std::size_t remaining() const { return text_.size() - position_; }
 
  private:
@@ -46,43 +46,43 @@ class TextCursor {
   char line_end_;
   std::size_t position_ = 0;
   std::uint64_t line_number_ = 0;
-  bool in_line_ = false;  ///< next_token() has begun the line
+  bool in_line_ = false;  ///< next_token() has read part of the line
 };
 
 }  // namespace sarnerf
 
-/// Readers of mesh files. They work on bytes in memory, so that the same code reads files and takes the
-/// blows of tests and fuzzers. None trusts a count: what a header promises is compared with the bytes
-/// that are left before anything is allocated. All throw InputError with name, line or face, what was
-/// expected and what was found; UsageError when the memory budget does not hold the mesh; Interrupted.
+/// Readers of mesh files. They work on bytes in memory, so that files, tests and fuzzers use the same code.
+/// No reader trusts a count: the header's counts are compared with the bytes that are left before anything
+/// is allocated. All throw InputError with name, line or face, what was expected and what was found;
+/// UsageError when the mesh does not fit the memory budget; Interrupted.
 namespace sarnerf {
 
 struct MeshSource {
   std::string_view bytes;
-  std::string name;  ///< how messages call it
+  std::string name;  ///< in messages
   MemoryBudget budget;
   Monitor monitor;
 };
 
-/// Wavefront OBJ: v, f, g, o, usemtl. Colours, normals, texture coordinates, .mtl files, lines and
-/// points are passed over. `g` names the group, or `o` where there is no `g`.
+/// Wavefront OBJ: v, f, g, o, usemtl. Colours, normals, texture coordinates, .mtl files, lines and points are
+/// ignored. The last `g` or `o` names the group; a `g` without a name returns to the name of the last `o`.
 TriangleSoup read_obj(const MeshSource& source);
 
 /// PLY 1.0: ASCII and binary of both byte orders, any elements and properties. A scalar face property
-/// mat, material, material_id, material_index or mtl is the material; its name is the integer as text.
+/// mat, material, material_id or material_index is the material; its name is the integer as text.
 TriangleSoup read_ply(const MeshSource& source);
 
-/// STL, ASCII and binary, told apart by the length that a binary header promises. `solid` names the
-/// group.
+/// STL, ASCII and binary, distinguished by the length that a binary header states, and only then by the word
+/// solid. `solid` names the group.
 TriangleSoup read_stl(const MeshSource& source);
 
-/// OFF in ASCII, with or without colours, normals and texture coordinates behind the numbers that count.
+/// OFF in ASCII. Colours, normals and texture coordinates after the positions and indices are ignored.
 TriangleSoup read_off(const MeshSource& source);
 
-/// Whether read_mesh() knows the file name's ending.
+/// Whether read_mesh() has a reader for the file name's ending.
 bool is_mesh_file(const std::filesystem::path& path);
 
-/// Picks the reader by the file name's ending.
+/// Chooses the reader by the file name's ending.
 TriangleSoup read_mesh(const std::filesystem::path& path, const MeshSource& source);
 
 /// The whole file. Throws InputError for one that is missing, empty, unreadable or not a plain file.
@@ -99,7 +99,7 @@ std::string read_file(const std::filesystem::path& path, const MemoryBudget& bud
 
 namespace sarnerf {
 
-/// Reports progress and honours a stop now and then; cheap enough for every line.
+/// Reports progress and checks for a stop every 4 MiB; cheap enough to call for every line.
 class ReadProgress {
  public:
   explicit ReadProgress(const MeshSource& source) : source_(source) {}
@@ -122,14 +122,14 @@ MeshSource text_source(MeshSource source);
 /// Throws unless vertex indices fit 32 bits.
 void require_countable(const MeshSource& source, std::uint64_t n_vertices);
 
-/// Throws when a soup holds no triangle; passes it on otherwise.
+/// Returns the soup; throws InputError if it has no triangle, or too many for 32-bit indices of their sides.
 TriangleSoup with_triangles(const MeshSource& source, TriangleSoup soup);
 
-/// Words for a vertex that is not finite.
+/// Message for a vertex that is not finite.
 std::string not_finite(const glm::dvec3& vertex);
 
 inline bool is_finite(const glm::dvec3& v) {
-  // One comparison that fails for infinities and NaN alike, on any coordinate.
+  // False for an infinity or a NaN in any coordinate.
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 

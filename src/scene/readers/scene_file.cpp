@@ -27,7 +27,7 @@ constexpr JsonRules kRules{
 
 }  // namespace
 
-// A name with a colon inside goes on as a place inside a document does.
+// A name that contains ": " is a position inside a document already; positions of its values continue it.
 SceneDocument::SceneDocument(std::string_view text, const std::string& name)
     : value_(parse_json<nlohmann::json>(text, name, kRules)),
       root_(value_, name, kRules, name.find(": ") != std::string::npos) {}
@@ -53,7 +53,7 @@ double parse_units(const SceneJson& json) {
   json.expected("m, cm, mm, km, in, ft, or metres per unit as a number");
 }
 
-/// glm::rotate takes cos 90° for 6e-17; right angles are common, so they are made exact.
+/// glm::rotate computes cos 90° as 6e-17; right angles are common, so they are made exact.
 glm::dmat4 rotation(double angle_deg, const glm::dvec3& axis) {
   glm::dmat4 matrix = glm::rotate(glm::dmat4(1.0), rad_from_deg(angle_deg), axis);
   for (int column = 0; column < 3; ++column) {
@@ -165,12 +165,12 @@ namespace {
 
 constexpr double kSmallest_m = 0.05;
 constexpr double kLargest_m = 200'000.0;
-/// Part of the scene's height below the ground from which on the user is told: cellars are less.
+/// Least fraction of the scene's height below the ground that causes a warning: cellars are less.
 constexpr double kBuried = 1.0 / 3.0;
 
-/// Of a number in single precision.
+/// Relative rounding error of a number in single precision, at most.
 constexpr double kHalfRounding = 0x1p-24;
-/// Part of a mesh's diagonal from which on the rounding of its vertices shows.
+/// Fraction of a mesh's diagonal above which the rounding of its vertices is visible.
 constexpr double kVisibleRounding = 1e-5;
 
 std::string rounded_text(double value) {

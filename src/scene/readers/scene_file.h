@@ -19,7 +19,7 @@ namespace sarnerf {
 /// A value of a scene file or a materials file.
 using SceneJson = JsonView<nlohmann::json>;
 
-/// The text of such a file. Throws InputError with its name as parse_json() says.
+/// Such a file, parsed from its text. Throws InputError with its name, as parse_json() does.
 class SceneDocument {
  public:
   SceneDocument(std::string_view text, const std::string& name);
@@ -33,14 +33,14 @@ class SceneDocument {
   const SceneJson root_;
 };
 
-/// One mesh file and how it is placed; what a `.json` scene says about it, or the command line.
+/// One mesh file and its placement, from a `.json` scene or from the command line.
 struct MeshEntry {
   std::filesystem::path file;
   std::string place;                             ///< for messages: "street.json: meshes[2]"
   UpAxis up = UpAxis::y;                         ///< of the mesh file
   double metres_per_unit = 1.0;                  ///< units and scale together
   glm::dmat4 world_from_object{1.0};             ///< rigid; object coordinates are metres with Y up
-  std::optional<std::string> material;           ///< for faces that `materials` does not name
+  std::optional<std::string> material;           ///< of faces that `materials` does not name
   std::map<std::string, std::string> materials;  ///< material or group of the file → library name
 };
 
@@ -55,9 +55,9 @@ struct SceneFile {
   std::vector<MeshEntry> meshes;
   std::optional<GroundEntry> ground;
   MaterialLibrary library;
-  std::filesystem::path materials_file;  ///< that the scene file names; empty when none
-  std::vector<std::string> given_materials;  ///< of --materials, each of which should be of use
-  std::string materials_source;  ///< what the user gave beyond the built-in table; "" when nothing
+  std::filesystem::path materials_file;  ///< named by the scene file; empty if none
+  std::vector<std::string> given_materials;  ///< from --materials; a warning if the scene uses none
+  std::string materials_source;  ///< origin of the user's materials; "" if there are none
 };
 
 /// Reads a "sarnerf-scene" JSON file, version 1:
@@ -79,7 +79,7 @@ struct SceneFile {
 /// Only "format", "version" and "meshes" are required; unknown keys are refused.
 SceneFile read_scene_file(const std::filesystem::path& path);
 
-/// The same of such a file's text; `name` is what messages call it, `folder` what its paths are relative to.
+/// The same for the text of such a file; `name` appears in messages, paths are relative to `folder`.
 SceneFile parse_scene_file(std::string_view text, const std::string& name,
                            const std::filesystem::path& folder);
 
@@ -90,16 +90,16 @@ glm::dmat4 world_from_axes(UpAxis up);
 /// without meaning, and for materials that are both opaque and translucent.
 std::vector<Material> parse_materials(const SceneJson& materials);
 
-/// Nothing lies farther from the origin on any axis: squares and volumes must stay in range.
+/// Largest coordinate on any axis, so that squares and volumes stay in range.
 inline constexpr double kFarthest_m = 1e12;
 
-/// Throws InputError for coordinates so large that squares and volumes of them would overflow.
+/// Throws InputError for coordinates beyond kFarthest_m, whose squares and volumes could overflow.
 void require_reach(const MeshEntry& entry, const TriangleSoup& soup);
 
-/// Warns of vertices stored in single precision so far from the origin that it shows.
+/// Warns of vertices stored in single precision so far from the origin that their rounding is visible.
 void warn_about_precision(const MeshEntry& entry, const TriangleSoup& soup, SceneReport& report);
 
-/// Warns of scenes that are probably in other units than was said, and of ground above everything.
+/// Warns if the scene's size suggests other units, and if the ground hides a third of the scene's height or more.
 void warn_about_size(Scene& scene);
 
 }  // namespace sarnerf

@@ -21,12 +21,12 @@ bool is_blank(char c) {
 char first_line_end(std::string_view text) {
   const std::size_t first = text.find_first_of("\r\n");
   if (first == std::string_view::npos || text[first] == '\n') return '\n';
-  // Text converted twice ends its lines by "\r\r\n".
+  // Lines of text that was converted twice end with "\r\r\n".
   const std::size_t behind = text.find_first_not_of('\r', first);
   return behind != std::string_view::npos && text[behind] == '\n' ? '\n' : '\r';
 }
 
-/// from_chars takes no leading plus.
+/// from_chars accepts no leading plus.
 std::string_view without_plus(std::string_view token) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-' && token[1] != '+') {
     token.remove_prefix(1);
@@ -147,7 +147,7 @@ MeshSource text_source(MeshSource source) {
 void require_countable(const MeshSource& source, std::uint64_t n_vertices) {
   if (n_vertices > std::numeric_limits<std::uint32_t>::max()) {
     fail(source, with_thousands(n_vertices) +
-                     " vertices, but at most 4,294,967,295 can be told apart; "
+                     " vertices, but at most 4,294,967,295 can be indexed; "
                      "cut the mesh into several files and list them in a scene file");
   }
 }

@@ -15,17 +15,17 @@
 
 namespace sarnerf {
 
-/// One side of one triangle, filed under the lower index of its two vertices.
+/// One side of one triangle, stored under the lower index of its two vertices.
 struct EdgeUse {
   std::uint32_t high;                ///< the other vertex
-  std::uint32_t triangle_and_sense;  ///< twice the triangle, plus one when it runs from high to low
+  std::uint32_t triangle_and_sense;  ///< twice the triangle, plus one if the side runs from high to low
 
   std::uint32_t triangle() const { return triangle_and_sense >> 1; }
   bool descending() const { return (triangle_and_sense & 1) != 0; }
 };
 
-/// Files `count` items by their vertices, stably: item n belongs to vertex_of(n). Calls place(n, slot)
-/// with slots in the order of the vertices; returns where each vertex's slots begin, and their end.
+/// Sorts `count` items by vertex, stably and in linear time: item n belongs to vertex_of(n). Calls place(n, slot)
+/// with slots in the order of the vertices; returns where each vertex's slots begin, and the end of the last.
 template <class VertexOf, class Place>
 std::vector<std::uint32_t> file_by_vertex(std::size_t n_vertices, std::uint32_t count,
                                           VertexOf vertex_of, Place place) {
@@ -37,8 +37,8 @@ std::vector<std::uint32_t> file_by_vertex(std::size_t n_vertices, std::uint32_t 
   return begin;
 }
 
-/// The sides of all triangles, those of one edge together: linear time, 8 bytes a side, no nodes, and
-/// the same order everywhere. Triangles have three different corners and number less than 2³⁰.
+/// The sides of all triangles, grouped by edge: linear time, 8 bytes a side, no nodes, and the same order on
+/// every machine. Triangles must have three different corners; there must be fewer than 2³⁰ of them.
 class EdgeTable {
  public:
   EdgeTable(std::span<const glm::uvec3> triangles, std::size_t n_vertices)
@@ -81,7 +81,7 @@ class EdgeTable {
   std::vector<std::uint32_t> begin_;  ///< per lower vertex
 };
 
-/// Two triangles that run along their common edge in opposite senses: a surface goes through.
+/// Whether two triangles run along their common edge in opposite directions: a surface passes through it.
 inline bool is_smooth(std::span<const EdgeUse> edge) {
   return edge.size() == 2 && edge[0].descending() != edge[1].descending();
 }
@@ -107,47 +107,47 @@ class Components {
   std::vector<std::uint32_t> parent_;
 };
 
-/// Makes one vertex of all that lie at exactly the same place and belong to faces of the same medium, and
-/// drops those that no face uses. Returns how many were merged. CGAL's own function keeps the vertices
-/// in a tree, which takes several times as long.
+/// Merges vertices that lie at exactly the same position and belong to faces of the same medium, and drops
+/// vertices that no face uses. Returns how many were merged. CGAL's own function keeps the vertices in a
+/// tree, which takes several times as long.
 std::uint64_t weld_vertices(TriangleSoup& soup, std::span<const std::uint32_t> medium_of_material);
 
-/// Drops faces that name a vertex twice. Returns how many.
+/// Drops faces that use a vertex twice. Returns how many.
 std::uint64_t drop_repeated_corners(TriangleSoup& soup);
 
 /// Keeps the triangles that `keep` marks, with their attributes.
 void keep_triangles(TriangleSoup& soup, const std::vector<bool>& keep);
 
-/// Joins vertices on open borders that only rounding has separated: closer than four millionths of the
-/// mesh's diagonal, and than a hundredth of the shortest border edge at either. That is what single
-/// precision leaves after a few transforms; modellers cut no gaps of that size. Inner vertices never
-/// move, and faces of different media (weld_vertices() has parted them) are not joined. Returns how many
-/// vertices went. Linear time.
+/// Merges vertices on open borders that only rounding separates: they are closer than 4e-6 of the mesh's
+/// diagonal and closer than a hundredth of the shortest border edge at either vertex. Single precision causes
+/// such gaps after a few transforms; modellers do not make gaps of that size on purpose. Inner vertices never
+/// move, and faces of different media (separated by weld_vertices()) are not joined. Returns how many vertices
+/// were merged into others. Linear time.
 std::uint64_t stitch_borders(TriangleSoup& soup, std::span<const std::uint32_t> medium_of_material);
 
-/// What decides how a connected piece is taken.
+/// Properties that decide whether a connected piece is a solid, a cavity or a shell.
 struct PieceShape {
   Box box;
-  double signed_volume = 0.0;  ///< negative when the faces look inward
-  bool closed = true;          ///< without border, and not flat
-  bool as_drawn = true;        ///< no face was turned to agree with its neighbours
+  double signed_volume = 0.0;  ///< negative if the normals point inward
+  bool closed = true;          ///< without a border, and not flat
+  bool as_drawn = true;        ///< no face was reversed to agree with its neighbours
 };
 
-/// Fills mesh.piece: triangles that a smooth edge joins share a piece; pieces are numbered in the order of
-/// their first triangles. `turned`: per triangle, whether orientation reversed it.
+/// Fills mesh.piece: triangles joined by a smooth edge (is_smooth()) belong to one piece; pieces are numbered in
+/// the order of their first triangles. `turned`: per triangle, whether orientation reversed it.
 std::vector<PieceShape> find_pieces(RepairedMesh& mesh, const std::vector<bool>& turned);
 
 inline constexpr std::uint32_t kNoPiece = 0xffffffffu;
 
-/// For each piece the one whose cavity it is, or kNoPiece: closed pieces that were drawn looking inward,
-/// inside the smallest closed piece around them, which was drawn looking outward. Where everything looks
-/// inward, the file is inside out and nothing is a cavity.
+/// For each piece the piece whose cavity it is, or kNoPiece. Cavities are closed pieces that were drawn facing
+/// inward; each belongs to the smallest closed piece of the same medium around it that was drawn facing
+/// outward. If all pieces face inward, the file is inside out and has no cavities.
 std::vector<std::uint32_t> find_cavities(const RepairedMesh& mesh,
                                          const std::vector<PieceShape>& pieces,
                                          std::span<const std::uint32_t> medium_of_material,
                                          const Monitor& monitor);
 
-/// Drops faces on the same three vertices until at most one is left of each: see repair_mesh().
+/// Drops faces on the same three vertices, so that at most one face is left on them: see repair_mesh().
 void drop_coincident_faces(TriangleSoup& soup, RepairCounts& counts);
 
 }  // namespace sarnerf

@@ -46,7 +46,7 @@ std::vector<PieceShape> find_pieces(RepairedMesh& mesh, const std::vector<bool>&
     PieceShape& piece = pieces[mesh.piece[t]];
     if (has_border[t]) piece.closed = false;
     if (turned[t]) piece.as_drawn = false;
-    // Around a point of the piece itself, so that coordinates of millions of metres cancel.
+    // Relative to a point of the piece itself, so that coordinates of millions of metres cancel.
     const glm::dvec3 origin = origins[mesh.piece[t]];
     const glm::dvec3 a = mesh.vertices[v.x], b = mesh.vertices[v.y], c = mesh.vertices[v.z];
     piece.signed_volume += glm::dot(a - origin, glm::cross(b - origin, c - origin)) / 6.0;
@@ -69,7 +69,7 @@ bool encloses(const Box& outer, const Box& inner) {
   return glm::all(glm::lessThanEqual(outer.min, inner.min)) && glm::all(glm::greaterThanEqual(outer.max, inner.max));
 }
 
-/// Finds which of many boxes enclose another: logarithmic in their number where they do not all overlap.
+/// Finds which of many boxes enclose another box: logarithmic in their number unless they all overlap.
 class BoxTree {
  public:
   explicit BoxTree(std::span<const Box> boxes);
@@ -80,7 +80,7 @@ class BoxTree {
  private:
   struct Node {
     Box box;
-    std::uint32_t first = 0, count = 0;  ///< of order_ in a leaf; count 0: `first` is the second child
+    std::uint32_t first = 0, count = 0;  ///< range of order_ in a leaf; count 0: `first` is the second child
   };
 
   std::uint32_t build(std::uint32_t first, std::uint32_t count);
@@ -112,7 +112,7 @@ std::uint32_t BoxTree::build(std::uint32_t first, std::uint32_t count) {
     nodes_[number].count = count;
     return number;
   }
-  // Halves by number along the longest side: as deep as the logarithm, whatever the boxes are.
+  // Two halves of equal count along the longest side, so the depth is logarithmic for any boxes.
   const glm::dvec3 size = centres.size();
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   const auto begin = order_.begin() + first;
@@ -146,7 +146,7 @@ void BoxTree::enclosing(const Box& inner, std::vector<std::uint32_t>& found) con
   std::sort(found.begin(), found.end());
 }
 
-/// Triangles of each piece, and tests of what lies inside it, made when first asked for.
+/// Triangles of each piece, and its inside test, which is built on first use.
 class PieceInteriors {
  public:
   explicit PieceInteriors(const RepairedMesh& mesh, std::size_t n_pieces)
@@ -161,7 +161,7 @@ class PieceInteriors {
     return std::span(triangles_).subspan(begin_[piece], begin_[piece + 1] - begin_[piece]);
   }
 
-  /// Decided by the first vertex of `inner` that does not touch `outer`.
+  /// Tests the first vertex of `inner` that does not touch `outer`.
   bool contains(std::uint32_t outer, std::uint32_t inner) {
     const SideOfSurface& side = test_of(outer);
     for (const std::uint32_t t : triangles(inner)) {
@@ -215,11 +215,11 @@ std::vector<std::uint32_t> find_cavities(const RepairedMesh& mesh,
   }
   if (inward.empty() || outward.empty()) return container;
 
-  // From the smallest: the first that holds a piece is the one right around it.
+  // Smallest first: the first that contains a piece is its direct container.
   std::stable_sort(outward.begin(), outward.end(), [&](std::uint32_t a, std::uint32_t b) {
     return pieces[a].signed_volume < pieces[b].signed_volume;
   });
-  // There may be a million of either.
+  // A tree, because there may be a million of either.
   std::vector<Box> boxes;
   for (const std::uint32_t outer : outward) boxes.push_back(pieces[outer].box);
   const BoxTree around(boxes);

@@ -12,8 +12,8 @@ namespace sarnerf {
 
 namespace {
 
-/// Triangles of the components in which some edge is not smooth. Everything else is oriented already and
-/// never copied: CGAL's structures take several hundred bytes a triangle.
+/// Triangles of the components in which some inner edge is not smooth. All other triangles are oriented already
+/// and never copied: CGAL's structures take several hundred bytes a triangle.
 std::vector<std::uint32_t> troubled_triangles(std::span<const glm::uvec3> triangles,
                                               std::size_t n_vertices, RepairCounts& counts) {
   Components components(triangles.size());
@@ -35,7 +35,7 @@ std::vector<std::uint32_t> troubled_triangles(std::span<const glm::uvec3> triang
   return chosen;
 }
 
-/// Orients what needs it; returns which triangles were reversed.
+/// Orients the components that need it; returns which triangles were reversed.
 std::vector<bool> orient(std::vector<glm::dvec3>& vertices, std::vector<glm::uvec3>& triangles,
                          const RepairSetup& setup, RepairCounts& counts) {
   std::vector<bool> turned(triangles.size(), false);
@@ -77,7 +77,7 @@ std::vector<bool> orient(std::vector<glm::dvec3>& vertices, std::vector<glm::uve
   return turned;
 }
 
-/// Turns solids outward, and gives cavities to the pieces around them. Returns the final piece of each.
+/// Reverses solids that face inward, joins cavities to the pieces around them, and renumbers the pieces.
 void face_outward(RepairedMesh& mesh, std::vector<PieceShape>& pieces,
                   std::span<const std::uint32_t> medium_of_material, const Monitor& monitor,
                   RepairCounts& counts) {
@@ -109,7 +109,7 @@ void face_outward(RepairedMesh& mesh, std::vector<PieceShape>& pieces,
   pieces = std::move(kept);
 }
 
-/// Drops faces without area, and with them pieces that have nothing else.
+/// Drops faces without area, and pieces that have no other faces.
 void drop_flat_faces(RepairedMesh& mesh, std::vector<PieceShape>& pieces, RepairCounts& counts) {
   std::vector<std::uint32_t> renumbered(pieces.size(), kNoPiece);
   std::vector<PieceShape> kept_pieces;
@@ -208,7 +208,7 @@ std::vector<std::string> repair_notes(const RepairCounts& counts, const std::str
        "merged " + counted(counts.merged_vertices, "duplicate vertex", "duplicate vertices"));
   note(counts.stitched_vertices, "joined " +
                                      counted(counts.stitched_vertices, "vertex", "vertices") +
-                                     " of open borders to others that only rounding separates");
+                                     " of open borders across gaps caused by rounding");
   note(counts.repeated_corner_faces, "dropped " + faces(counts.repeated_corner_faces) +
                                          " with fewer than three different corners");
   note(counts.flat_faces, "dropped " + faces(counts.flat_faces) + " without area");

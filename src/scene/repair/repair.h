@@ -12,7 +12,7 @@
 
 namespace sarnerf {
 
-/// A mesh whose triangles are sorted out: pieces, their senses, and which of them bound a volume.
+/// A mesh divided into pieces of consistently oriented triangles, some of which bound a volume.
 struct RepairedMesh {
   std::vector<glm::dvec3> vertices;
   std::vector<glm::uvec3> triangles;
@@ -31,7 +31,8 @@ struct RepairSetup {
   Monitor monitor;
 };
 
-/// What repair met; each figure that is not zero becomes a line of the report.
+/// Numbers of defects and repairs. Each that is not zero becomes a line of the report; shell_faces is part of
+/// the line of shell_pieces, and solids has none.
 struct RepairCounts {
   std::uint64_t merged_vertices = 0;
   std::uint64_t stitched_vertices = 0;
@@ -39,9 +40,9 @@ struct RepairCounts {
   std::uint64_t flat_faces = 0;
   std::uint64_t duplicate_faces = 0;
   std::uint64_t interior_faces = 0;  ///< walls between solids that touch
-  std::uint64_t split_edges = 0;     ///< shared by three or more faces
-  std::uint64_t turned_faces = 0;    ///< to agree with their neighbours
-  std::uint64_t turned_pieces = 0;   ///< to face outward
+  std::uint64_t split_edges = 0;     ///< used by three or more faces
+  std::uint64_t turned_faces = 0;    ///< reversed to agree with their neighbours
+  std::uint64_t turned_pieces = 0;   ///< reversed to face outward
   std::uint64_t cavities = 0;
   std::uint64_t shell_pieces = 0;
   std::uint64_t shell_faces = 0;
@@ -50,23 +51,22 @@ struct RepairCounts {
 
 /// Welds, cleans and orients a mesh:
 ///
-/// - vertices at the same place become one, and those of open borders that only rounding separates (see
-///   stitch_borders()); faces with a repeated corner and duplicate faces go;
-/// - two faces on the same corners that look opposite ways are either the wall between two solids that
-///   touch there, and both go, or a sheet drawn from both sides, and one stays;
-/// - edges shared by more than two faces are split, faces turned until neighbours agree;
-/// - connected pieces without border are solids and face outward, unless a piece was drawn inside out
-///   within another one: that is a cavity and belongs to the piece around it;
-/// - everything else is a thin shell. Faces without area hold their neighbours together until then, and
-///   go last.
+/// - vertices at the same position are merged, and so are vertices of open borders that only rounding
+///   separates (see stitch_borders()); faces with a repeated corner and duplicate faces are removed;
+/// - two faces on the same corners with opposite normals are either the wall between two touching solids, and
+///   both are removed, or a sheet drawn from both sides, and one is kept;
+/// - edges with more than two faces are split, and faces are reversed until neighbours agree;
+/// - connected pieces without a border are solids and face outward, except pieces drawn inside out within
+///   another piece: such a piece is a cavity and belongs to the piece around it;
+/// - all other pieces are thin shells. Faces without area keep their neighbours connected until then and are
+///   removed last.
 ///
 /// Faces of different media never share a piece, so that each medium has a boundary of its own.
-/// With `mend` false faces stay as they are, and only pieces that are closed, consistent and outward as
-/// drawn count as solids. A million triangles take about a second, and up to five where every face needs
-/// turning.
+/// If `mend` is false, faces are not changed, and only pieces that are closed, consistent and outward as drawn
+/// are solids. A million triangles take about a second, and up to five if every face must be reversed.
 RepairedMesh repair_mesh(TriangleSoup soup, const RepairSetup& setup, RepairCounts& counts);
 
-/// One line each, beginning with `prefix`; nothing for what did not occur.
+/// One line for each repair that occurred, beginning with `prefix`.
 std::vector<std::string> repair_notes(const RepairCounts& counts, const std::string& prefix);
 
 }  // namespace sarnerf

@@ -22,7 +22,7 @@ std::uint64_t mix(std::uint64_t hash, std::uint64_t value) {
 }
 
 std::uint64_t hash_of(const glm::dvec3& p, std::uint32_t medium) {
-  // Adding zero turns -0 into 0, which compare equal.
+  // Adding zero turns -0 into 0; the two compare equal.
   std::uint64_t hash = mix(medium, std::bit_cast<std::uint64_t>(p.x + 0.0));
   hash = mix(hash, std::bit_cast<std::uint64_t>(p.y + 0.0));
   return mix(hash, std::bit_cast<std::uint64_t>(p.z + 0.0));
@@ -31,7 +31,8 @@ std::uint64_t hash_of(const glm::dvec3& p, std::uint32_t medium) {
 }  // namespace
 
 std::uint64_t weld_vertices(TriangleSoup& soup, std::span<const std::uint32_t> medium_of_material) {
-  // Open addressing, at most half full, or searches would not end: at most one entry per vertex and medium.
+  // Open addressing. The table is at most half full, because searches in a full one would not end. It has at most
+  // one entry per vertex and medium.
   std::size_t n_slots = 16;
   const std::size_t n_media = std::set(medium_of_material.begin(), medium_of_material.end()).size();
   const std::size_t most = std::min(soup.vertices.size() * n_media, soup.triangles.size() * 3);
@@ -115,7 +116,7 @@ std::vector<BorderVertex> border_vertices(const TriangleSoup& soup,
     if (edge.size() != 1) return;
     const glm::uvec3& t = soup.triangles[edge[0].triangle()];
     const std::uint32_t high = edge[0].high;
-    // The lower end precedes or follows the higher one, depending on the sense.
+    // The lower end precedes or follows the higher one, depending on the side's direction.
     const int at = t.x == high ? 0 : t.y == high ? 1 : 2;
     const std::uint32_t low = t[(at + (edge[0].descending() ? 1 : 2)) % 3];
     const double length = glm::length(soup.vertices[low] - soup.vertices[high]);
@@ -140,8 +141,8 @@ std::uint64_t stitch_borders(TriangleSoup& soup,
   const std::vector<BorderVertex> border = border_vertices(soup, medium_of_material);
   if (border.empty() || !(reach > 0.0)) return 0;
 
-  // Cells of twice the reach: whoever lies within reach is in one of the eight cells around the nearest
-  // corner. At most 2¹⁸ cells along a side, so three of their numbers fit 64 bits.
+  // Cells of twice the reach: all vertices within reach lie in the eight cells around the nearest cell corner.
+  // There are at most 2¹⁸ cells along a side, so three cell indices fit into 64 bits.
   const auto cell_of = [&](const glm::dvec3& p) {
     return glm::floor((p - box.min) / (2.0 * reach));
   };
@@ -188,7 +189,7 @@ namespace {
 
 struct FaceKey {
   std::array<std::uint32_t, 3> sorted;
-  bool odd;  ///< sense, relative to the sorted corners
+  bool odd;  ///< the corners are an odd permutation of the sorted ones
 };
 
 FaceKey key_of(const glm::uvec3& v) {
@@ -204,9 +205,9 @@ FaceKey key_of(const glm::uvec3& v) {
   return key;
 }
 
-/// What remains at the edges of opposed pairs when both faces of each pair are gone decides: a wall
-/// between two solids leaves the two solids' own faces all along its border, a sheet leaves none, and a
-/// solid whose faces are all drawn from both sides has no border.
+/// Distinguishes walls from sheets in regions of opposed pairs, by the faces that remain at a region's edges when
+/// both faces of each pair are removed. At the border of a wall between two solids, the two solids' own faces
+/// remain all along; at a sheet no face remains; a solid whose faces are all drawn from both sides has no border.
 class OpposedPairs {
  public:
   OpposedPairs(std::span<const glm::uvec3> triangles, std::size_t n_vertices,

@@ -22,7 +22,7 @@ namespace sarnerf {
 
 namespace {
 
-/// A file in memory as a stream buffer; OpenVDB asks for positions as it reads.
+/// A file in memory as a stream buffer. OpenVDB queries positions as it reads.
 class MemoryBuffer : public std::streambuf {
  public:
   MemoryBuffer(std::string_view bytes, std::size_t begin) {
@@ -47,7 +47,7 @@ std::string place(const VdbFile& file, const VdbFileGrid& grid) {
   return file.name + ": grid " + in_quotes(grid.name);
 }
 
-/// Other maps are not linear. Their names are checked before OpenVDB allocates what a length promises.
+/// Throws InputError unless the map is linear. Checks its name before OpenVDB allocates memory for its length.
 void require_linear_map(const VdbFile& file, const VdbFileGrid& grid) {
   ByteCursor cursor(file.bytes, file.name, grid.transform_begin, grid.end);
   const std::string_view name = cursor.text();
@@ -132,7 +132,7 @@ typename GridType::Ptr VdbGridLoader::load(const VdbFileGrid& grid) {
   load_as(grid, empty, kComponents<GridType>);
   if (grid.instance_parent.empty()) return empty;
   for (const VdbFileGrid& owner : file_.grids) {
-    // A tree of its own again: grids of a scene may be changed one by one.
+    // Loads a tree of its own, because the grids of a scene may be changed one by one.
     if (owner.unique_name == grid.instance_parent && owner.instance_parent.empty()) {
       empty->setTree(load<GridType>(owner)->treePtr());
       return empty;
@@ -159,7 +159,7 @@ std::string value_text(const openvdb::Vec3s& value) {
   return "(" + value_text(value[0]) + ", " + value_text(value[1]) + ", " + value_text(value[2]) + ")";
 }
 
-/// Offences of a grid. The first is that of the lowest coordinates, whatever the threads do.
+/// Invalid values of a grid. The first is that with the lowest coordinates, for any order of the threads.
 template <class Value>
 struct Offences {
   std::uint64_t count = 0;

@@ -19,11 +19,11 @@ namespace sarnerf {
 
 namespace {
 
-/// Bricks of a volume, and how many of their voxels answer or absorb.
+/// Bricks of a volume, and their number of occupied voxels (with extinction or scattering).
 struct BrickSelection {
   std::vector<glm::ivec3> bricks;  ///< in the order of x, then y, then z
   std::uint64_t n_occupied_voxels = 0;
-  glm::ivec3 lowest{0}, highest{0};  ///< occupied voxels, inclusive; without meaning if there is none
+  glm::ivec3 lowest{0}, highest{0};  ///< of the occupied voxels, inclusive; undefined if there is none
 };
 
 using FloatAccessor = openvdb::FloatGrid::ConstAccessor;
@@ -44,7 +44,7 @@ void sort_once(std::vector<glm::ivec3>& bricks) {
   bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
 }
 
-/// Grids whose voxels answer or absorb.
+/// The grids of extinction and scattering.
 std::vector<const openvdb::FloatGrid*> matter_of(const VdbScene::Grids& grids) {
   std::vector<const openvdb::FloatGrid*> found;
   for (const auto& grid : {grids.extinction, grids.extinction_back, grids.scattering}) {
@@ -91,8 +91,8 @@ void add_occupied(FloatAccessor& values, const glm::ivec3& brick, Occupied& occu
   if (values.probeValue(origin, value) && value > 0.0f) occupied.set();
 }
 
-/// Voxels, by their offset, that lie in the slab of a brick which cells of a neighbour reach: along each axis
-/// the last voxel for a step of +1, the first for −1, all for 0.
+/// For each step to a neighbour, the voxels of a brick (by offset) that cells of this neighbour use: along each
+/// axis the last voxel for a step of +1, the first for −1, all for 0.
 std::array<Occupied, 27> make_slabs() {
   std::array<Occupied, 27> slabs;
   for (int step = 0; step < 27; ++step) {
@@ -109,8 +109,8 @@ std::array<Occupied, 27> make_slabs() {
   return slabs;
 }
 
-/// Whether the source has values anywhere in a brick. Its grids differ little, but a foreign file may have
-/// pruned each of them in its own way.
+/// Whether a grid of the source has values in a brick. The grids differ little, but another tool may have pruned
+/// each of them differently.
 bool has_source(const VdbScene::Grids& grids, const glm::ivec3& brick) {
   const openvdb::Coord origin = first_voxel(brick);
   const auto active = [&](const auto& grid) {
@@ -133,7 +133,7 @@ void require_reach(const BrickSelection& selection) {
   }
 }
 
-/// What one thread finds.
+/// Results of one thread.
 struct Found {
   std::vector<glm::ivec3> bricks, neighbours;
   std::uint64_t n_occupied = 0;
@@ -159,8 +159,8 @@ void look_at(const glm::ivec3& brick, const Occupied& occupied, const std::array
   }
 }
 
-/// Bricks that active tiles of extinction or scattering above 0 become, the largest number of one grid:
-/// for refusing before anything is allocated. Cost: linear in tiles.
+/// Number of bricks that active tiles of extinction or scattering above 0 become, the largest of all grids. Used
+/// to refuse a volume before anything is allocated. Cost: linear in tiles.
 std::uint64_t count_tile_bricks(const VdbScene::Grids& grids) {
   std::uint64_t largest = 0;
   for (const openvdb::FloatGrid* grid : matter_of(grids)) {
@@ -171,10 +171,10 @@ std::uint64_t count_tile_bricks(const VdbScene::Grids& grids) {
   return largest;
 }
 
-/// Bricks with an active voxel or tile in which extinction or scattering is above 0, and those of their
-/// neighbours that a cell of eight with such a voxel reaches, where the source has values. Throws
-/// InputError for voxels beyond what bricks can hold. Cost: linear in leaves and in the bricks of tiles, on
-/// all threads but for sorting.
+/// Selects bricks with an active voxel or tile in which extinction or scattering is above 0, and their neighbours
+/// if a cell of eight voxels with such a voxel reaches them and the source has values there. Throws InputError
+/// for voxels beyond the largest index of bricks. Cost: linear in leaves and in the bricks of tiles, on all
+/// threads except for sorting.
 BrickSelection select_bricks(const VdbScene::Grids& grids) {
   const std::vector<const openvdb::FloatGrid*> matter = matter_of(grids);
   std::vector<glm::ivec3> candidates;
@@ -215,14 +215,14 @@ BrickSelection select_bricks(const VdbScene::Grids& grids) {
   return selection;
 }
 
-/// What a file may ask for as the longest segment, in voxels.
+/// Limits of the longest segment that a file may set, in voxels.
 constexpr double kShortestSegment = 0.1, kLongestSegment = 2.0;
 
-/// Memory of a volume before it is made.
+/// Checks the memory of a volume before it is allocated.
 class VolumeBudget {
  public:
   VolumeBudget(const VdbScene::Grids& grids, int n_channels, double voxel_size_m, std::uint64_t limit_bytes)
-      // The index, its tiles of 8³ bricks, and the lists of bricks while they are sorted.
+      // 256: the index, its tiles of 8³ bricks, and the lists of bricks while they are sorted.
       : bytes_per_brick_(kBrickVoxels * (sizeof(float) * static_cast<std::size_t>(n_channels) +
                                          (grids.component ? sizeof(Component) : 0)) + 256),
         n_channels_(n_channels),
@@ -232,7 +232,7 @@ class VolumeBudget {
   void require(std::uint64_t n_bricks) const {
     const double needed = double(bytes_per_brick_) * double(n_bricks);
     if (limit_bytes_ > 0 && needed > double(limit_bytes_)) {
-      // Surfaces shrink with the square of the voxel size, and solids faster.
+      // The number of bricks falls with the square of the voxel size for surfaces, and faster for solids.
       const double fits = voxel_size_m_ * 1.05 * std::sqrt(needed / double(limit_bytes_));
       throw UsageError("the volume as " + counted(n_bricks, "brick", "bricks") + " of 8 x 8 x 8 voxels with " +
                        counted(static_cast<std::uint64_t>(n_channels_), "number", "numbers") +
@@ -248,7 +248,7 @@ class VolumeBudget {
   }
 
  private:
-  /// Upwards, to two digits.
+  /// Rounds up to two digits.
   static std::string rounded(double value) {
     const double digit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
     return number_text(static_cast<double>(static_cast<float>(std::ceil(value / digit) * digit)));
@@ -260,7 +260,7 @@ class VolumeBudget {
   std::uint64_t limit_bytes_;
 };
 
-/// Calls put(offset, value) for the active voxels of one brick, offsets as in the grid's leaves.
+/// Calls put(offset, value) for the active voxels of one brick; offsets are those of the grid's leaves.
 template <class Accessor, class Put>
 void for_each_value(Accessor& values, const glm::ivec3& brick, Put&& put) {
   const openvdb::Coord origin(brick.x * kBrickSide, brick.y * kBrickSide, brick.z * kBrickSide);
@@ -300,7 +300,7 @@ class BrickFiller {
   template <class Pointer, class Put>
   void each(const Pointer& grid, Put&& put) {
     if (!grid) return;
-    auto values = grid->getConstAccessor();  // remembers where it was: one for each thread
+    auto values = grid->getConstAccessor();  // caches its position: one for each thread
     for (std::size_t b = begin_; b < end_; ++b) {
       const auto brick = static_cast<std::uint32_t>(b);
       for_each_value(values, volume_.grid.topology().coordinate(brick),
@@ -317,7 +317,7 @@ class BrickFiller {
   std::size_t begin_, end_;
 };
 
-/// Cells of eight voxels reach one voxel around those occupied.
+/// Cells of eight voxels extend one voxel beyond the occupied voxels.
 Box support_of(const BrickSelection& selection, const GridTransform& transform) {
   Box box;
   if (selection.n_occupied_voxels == 0) return box;
@@ -349,7 +349,7 @@ Volume to_volume(const VdbScene& scene, std::uint64_t max_memory_bytes, const Mo
 
   volume.grid = BrickGrid<float>(transform, volume.channels.count());
   volume.grid.reserve_bricks(selection.bricks.size());
-  // In the order of space, whatever the file's, so that neighbours are neighbours in memory, too.
+  // In spatial order instead of the file's, so that neighbours are close in memory too.
   for (const glm::ivec3& brick : selection.bricks) volume.grid.touch_brick(brick);
   const std::size_t n_bricks = selection.bricks.size();
   if (grids.component) volume.component.assign(n_bricks * kBrickVoxels, Component::none);

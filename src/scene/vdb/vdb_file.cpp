@@ -61,7 +61,7 @@ VdbFileGrid read_grid(ByteCursor& cursor, const VdbFile& file) {
   grid.instance_parent = std::string(cursor.text());
   const std::size_t size = file.bytes.size();
   const std::size_t begin = read_offset(cursor, cursor.position(), size);
-  // In between, the offset of the values, which grids without a tree of their own leave empty.
+  // The offset of the values is in between. Grids without a tree of their own leave it empty.
   cursor.skip(sizeof(std::int64_t));
   grid.end = read_offset(cursor, begin, size);
 
@@ -115,7 +115,7 @@ VdbFile scan_vdb_file(std::string_view bytes, const std::string& name) {
   file.bytes = bytes;
   ByteCursor cursor(bytes, name, 0, bytes.size());
   if (bytes.size() < sizeof kMagic || cursor.read<std::uint64_t>() != kMagic) {
-    throw InputError(name + ": expected an OpenVDB file, found one that does not begin as they do");
+    throw InputError(name + ": expected an OpenVDB file, found a file without OpenVDB's magic number");
   }
   file.format_version = cursor.read<std::uint32_t>();
   if (file.format_version < kOldest || file.format_version > kNewest) {
@@ -135,7 +135,7 @@ VdbFile scan_vdb_file(std::string_view bytes, const std::string& name) {
   const auto n_grids = cursor.read<std::uint32_t>();
   for (std::uint32_t n = 0; n < n_grids; ++n) {
     file.grids.push_back(read_grid(cursor, file));
-    // Each description stands in front of its grid.
+    // Each description precedes its grid.
     const std::size_t end = file.grids.back().end;
     if (end < cursor.position()) cursor.fail("grids that overlap");
     cursor.skip(end - cursor.position());
@@ -148,7 +148,7 @@ namespace {
 constexpr std::uint32_t kZip = 1, kActiveMask = 2, kBlosc = 4;
 constexpr std::size_t kBloscHeader = 16;
 
-/// What a compressed node says about values that its mask leaves out.
+/// How a compressed node stores the values that its mask leaves out.
 enum NodeKind : std::uint8_t {
   kOneInactive = 2, kMask = 3, kMaskOneInactive = 4, kMaskTwoInactive = 5, kAllValues = 6
 };
@@ -166,7 +166,7 @@ class TreeWalk {
         packed_bytes_((grid.half ? 2u : 4u) * static_cast<unsigned>(n_components)) {}
 
   VdbTreeSize walk() {
-    if (cursor_.read<std::int32_t>() != 1) cursor_.fail("a tree without its one buffer");
+    if (cursor_.read<std::int32_t>() != 1) cursor_.fail("a tree with a buffer count other than 1");
     root();
     for (std::uint64_t n = 0; n < size_.n_leaves; ++n) {
       const std::string_view mask = cursor_.take(mask_bytes(kLeaf));
@@ -244,7 +244,7 @@ class TreeWalk {
     size_.memory_bytes += n_leaves * (8 * mask_bytes(kLeaf) * value_bytes_ + mask_bytes(kLeaf) + 64);
   }
 
-  /// Values of a node with so many children or voxels along a side, of which `active` are active.
+  /// Skips the values of a node with 2^log2_side children or voxels along a side. `active`: mask of active values.
   void values(std::string_view active, int log2_side) {
     const auto kind = cursor_.read<std::uint8_t>();
     if (kind > kAllValues) cursor_.fail("a node of unknown kind " + std::to_string(kind));
@@ -260,7 +260,7 @@ class TreeWalk {
   void packed(std::size_t n_bytes) {
     if ((grid_.compression & (kZip | kBlosc)) == 0) return cursor_.skip(n_bytes);
     const auto stored = cursor_.read<std::int64_t>();
-    if (stored <= 0) {  // not compressed: the length with a minus
+    if (stored <= 0) {  // not compressed: the negative length
       if (stored != -static_cast<std::int64_t>(n_bytes)) {
         cursor_.fail(std::to_string(stored) + " bytes of values instead of " + std::to_string(n_bytes));
       }
@@ -268,7 +268,7 @@ class TreeWalk {
     }
     const std::string_view block = cursor_.take(static_cast<std::uint64_t>(stored));
     if ((grid_.compression & kBlosc) == 0) return;
-    // Blosc believes its own header, so that this must agree with ours.
+    // Blosc trusts its own header, so it must agree with the file's.
     std::uint32_t sizes[3] = {0, 0, 0};  // unpacked, block, packed
     if (block.size() >= kBloscHeader) std::memcpy(sizes, block.data() + 4, sizeof sizes);
     if (sizes[0] != n_bytes || sizes[2] != block.size()) {

@@ -19,7 +19,7 @@ namespace sarnerf {
 /// Nothing is read beyond the end: every call throws InputError instead.
 class ByteCursor {
  public:
-  /// Bytes [begin, end) of the file. `file` is what messages call it; both must outlive the cursor.
+  /// Bytes [begin, end) of the file. `file` is its name in messages; both must outlive the cursor.
   ByteCursor(std::string_view bytes, const std::string& file, std::size_t begin, std::size_t end)
       : bytes_(bytes.substr(0, end)), file_(file), at_(begin) {}
 
@@ -45,10 +45,10 @@ class ByteCursor {
     return value;
   }
 
-  /// A 32-bit length and as many characters.
+  /// Reads a 32-bit length and that many characters.
   std::string_view text() { return take(read<std::uint32_t>()); }
 
-  /// Throws InputError: the file is damaged at this place.
+  /// Throws InputError: the file is damaged at this position.
   [[noreturn]] void fail(const std::string& found) const {
     throw InputError(file_ + ": expected a complete OpenVDB file, found damage at byte " +
                      std::to_string(at_) + ": " + found + "; copy or write the file again");
@@ -62,8 +62,8 @@ class ByteCursor {
 
 }  // namespace sarnerf
 
-/// The outer structure of an OpenVDB file, read without OpenVDB, whose own reader trusts every length it
-/// finds. Knows format versions 222 (OpenVDB 2) to 224 (OpenVDB 10).
+/// The outer structure of an OpenVDB file, read without OpenVDB, whose own reader trusts every length in the
+/// file. Supports format versions 222 (OpenVDB 2) to 224 (OpenVDB 10).
 namespace sarnerf {
 
 struct VdbMetaValue {
@@ -72,33 +72,33 @@ struct VdbMetaValue {
 };
 using VdbFileMetadata = std::map<std::string, VdbMetaValue>;
 
-/// The value of a text entry; nothing when there is none, or of another type.
+/// The value of a text entry; nullopt if there is none or it has another type.
 std::optional<std::string> text_entry(const VdbFileMetadata& metadata, const std::string& name);
 /// The same for whole numbers.
 std::optional<std::int64_t> integer_entry(const VdbFileMetadata& metadata, const std::string& name);
 /// The same for three doubles.
 std::optional<std::array<double, 3>> vector_entry(const VdbFileMetadata& metadata, const std::string& name);
-/// Any simple value as text: numbers, truth values, text itself; nothing for other types.
+/// A number, a truth value or text, as text; nullopt for other types.
 std::optional<std::string> entry_as_text(const VdbMetaValue& value);
 
-/// Where a grid is in the file.
+/// A grid's description and position in the file.
 struct VdbFileGrid {
-  std::string name;             ///< as people know it
-  std::string unique_name;      ///< as `instance_parent` of other grids knows it
+  std::string name;             ///< as shown to users
+  std::string unique_name;      ///< as used by `instance_parent` of other grids
   std::string type;             ///< of the tree: "Tree_float_5_4_3"
   std::string instance_parent;  ///< the grid that holds this one's tree; usually empty
   bool half = false;            ///< numbers are stored with 16 bits
   std::uint32_t compression = 0;
   VdbFileMetadata metadata;
-  std::size_t transform_begin = 0;  ///< transform, topology and values follow each other up to `end`
+  std::size_t transform_begin = 0;  ///< then topology and values follow, up to `end`
   std::size_t end = 0;
 
-  /// "fog volume", "level set", …; "unknown" where the grid does not say.
+  /// "fog volume", "level set", …; "unknown" if the grid does not state its class.
   std::string grid_class() const;
 };
 
 struct VdbFile {
-  std::string name;  ///< what messages call it
+  std::string name;  ///< in messages
   std::string_view bytes;
   std::uint32_t format_version = 0;
   std::uint32_t library_major = 0, library_minor = 0;
@@ -106,20 +106,19 @@ struct VdbFile {
   std::vector<VdbFileGrid> grids;
 };
 
-/// Finds all grids. `bytes` must outlive the result. Throws InputError for a file that is none of
-/// OpenVDB's, is damaged, is of a version not known, or was written without offsets to its grids.
+/// Finds all grids. `bytes` must outlive the result. Throws InputError for a file that is not an OpenVDB file, is
+/// damaged, has an unsupported version, or was written without offsets to its grids.
 VdbFile scan_vdb_file(std::string_view bytes, const std::string& name);
 
-/// What a tree takes.
+/// Size of a tree.
 struct VdbTreeSize {
   std::uint64_t n_leaves = 0;
   std::uint64_t memory_bytes = 0;  ///< once it is loaded
 };
 
-/// Walks a grid's tree from the byte behind its transform to its end, so that OpenVDB can read it with
-/// every length as it expects it. `n_components` numbers to a value, of 4 bytes each, or 2 where the grid is
-/// stored as half floats. Throws InputError at the first thing that does not fit. Cost: a pass over masks
-/// and lengths, not over values.
+/// Checks a grid's tree from the byte after its transform to its end, so that every length is as OpenVDB's reader
+/// expects it. A value has `n_components` numbers of 4 bytes each, or 2 if the grid is stored as half floats.
+/// Throws InputError at the first mismatch. Cost: a pass over masks and lengths, not over values.
 VdbTreeSize check_vdb_tree(const VdbFile& file, const VdbFileGrid& grid, std::size_t topology_begin,
                            int n_components);
 

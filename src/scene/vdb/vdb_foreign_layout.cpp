@@ -15,8 +15,8 @@ namespace sarnerf {
 
 namespace {
 
-/// Narrow bands must reach so far (voxels) on both sides: the outermost corner of a cell that absorbs lies
-/// 1.6 voxels outside, and a shell so deep takes an optical depth of 20 and more.
+/// Least half width (voxels) of a narrow band: the outermost corner of an absorbing cell lies 1.6 voxels outside
+/// the surface, and a shell of this depth has an optical depth of 20 or more.
 constexpr double kLeastBand = 2.0;
 
 bool is_fog(const VdbFileGrid& grid) {
@@ -26,8 +26,8 @@ bool is_level_set(const VdbFileGrid& grid) {
   return grid.grid_class() == "level set" || (grid.name == "surface" && grid.grid_class() != "fog volume");
 }
 
-/// The only grid of a kind; the one of the usual name when there are several. Grids of other types than
-/// float are chosen only where there is nothing else, so that their type is what is refused.
+/// The only grid of a kind, or the one with the usual name if there are several. Grids of types other than float
+/// are chosen only if there is no float grid, so that the error message names their type.
 const VdbFileGrid* choose(const VdbFile& file, bool (*of_kind)(const VdbFileGrid&), const std::string& usual) {
   std::vector<const VdbFileGrid*> found, floats;
   for (const VdbFileGrid& grid : file.grids) {
@@ -41,10 +41,10 @@ const VdbFileGrid* choose(const VdbFile& file, bool (*of_kind)(const VdbFileGrid
                                   [&](const VdbFileGrid* grid) { return grid->name == usual; });
   if (named != found.end()) return *named;
   throw InputError(file.name + ": expected one volume, or one called \"" + usual + "\", found " +
-                   listed_grids(file) + "; rename the one that counts");
+                   listed_grids(file) + "; rename the one to use");
 }
 
-/// A new grid with the same active voxels and tiles, all of the value.
+/// A new grid with the same active voxels and tiles, all set to `value`.
 template <class Grid>
 typename Grid::Ptr same_voxels(const openvdb::FloatGrid& grid, const char* name,
                                const typename Grid::ValueType& value) {
@@ -57,8 +57,8 @@ typename Grid::Ptr same_voxels(const openvdb::FloatGrid& grid, const char* name,
   return result;
 }
 
-/// Slope of the signed distance in voxels along x, y and z; one-sided at the edge of the narrow band,
-/// beyond which distances are not known. In double: differences and squares of any finite floats are finite there.
+/// Gradient of the signed distance, per voxel along x, y and z; one-sided at the edge of the narrow band, beyond
+/// which distances are unknown. In double, because differences and squares of any finite floats are finite there.
 glm::dvec3 gradient(openvdb::FloatGrid::ConstUnsafeAccessor& distance, const openvdb::Coord& at, float here) {
   glm::dvec3 slope(0.0);
   for (int n = 0; n < 3; ++n) {
@@ -108,7 +108,7 @@ std::unique_ptr<VdbScene::Grids> solid_grids(const openvdb::FloatGrid& distance,
       for (auto voxel = extinction.beginValueOn(); voxel; ++voxel) {
         const openvdb::Coord at = voxel.getCoord();
         const float here = known.getValue(at);
-        // Far beyond where anything changes, but a float for all that.
+        // The clamp is far beyond any depth that matters and keeps the value within a float.
         const auto depth = static_cast<float>(std::clamp(-double{here} / units_per_voxel, -1e6, 1e6));
         voxel.setValue(static_cast<float>(0.5 * opaque_extinction_per_voxel(depth) / voxel_m));
         const glm::dvec3 slope = gradient(known, at, here);
@@ -122,7 +122,7 @@ std::unique_ptr<VdbScene::Grids> solid_grids(const openvdb::FloatGrid& distance,
   return grids;
 }
 
-/// Distances of a level set, with its voxel size in the same units.
+/// Throws InputError unless the distances form a level set in a wide enough band; the voxel size has their units.
 void require_level_set(const openvdb::FloatGrid& distance, double units_per_voxel, const std::string& where) {
   const double band = double{distance.background()} / units_per_voxel;
   if (!(band >= kLeastBand) || !std::isfinite(band)) {
@@ -130,7 +130,7 @@ void require_level_set(const openvdb::FloatGrid& distance, double units_per_voxe
                      " voxels to both sides, found a background of " + number_text(band) +
                      " voxels; rebuild it with a half width of 3");
   }
-  // Tiles have one distance for many voxels: no surface is there, and nothing to tell a normal from.
+  // A tile has one distance for many voxels: no surface lies there, and no normal can be computed.
   auto tile = distance.constTree().cbeginValueOn();
   tile.setMaxDepth(openvdb::FloatTree::ValueOnCIter::LEAF_DEPTH - 1);
   if (tile) {
@@ -162,7 +162,7 @@ std::unique_ptr<VdbScene::Grids> read_foreign_layout(VdbReading& reading) {
     require_finite_distances(*grid, where);
     require_level_set(*grid, units_per_voxel, where);
   }
-  // Scattering beside extinction; or brightness, exponent, extinction, and a normal of three numbers.
+  // Fog adds a grid of scattering; a level set adds brightness, exponent, extinction, and a normal of three numbers.
   reading.loader.require_memory(*chosen, grid->memUsage() * (fog ? 1u : 6u));
   place_grid(grid, placement, where);
 

@@ -8,7 +8,7 @@
 #include "sarnerf/scene/vdb_scene.h"
 #include "vdb/vdb_layouts.h"
 
-// Here, and in no other unit of the program (vdb_grids.h).
+// The program's only instantiations; see vdb_grids.h.
 template class openvdb::Grid<openvdb::FloatTree>;
 template class openvdb::Grid<openvdb::Vec3STree>;
 template class openvdb::Grid<openvdb::Int32Tree>;
@@ -66,7 +66,7 @@ void require_complete(const VdbScene::Grids& grids) {
     throw UsageError("the grids of a volume do not fit together: " + found);
   };
   if (!grids.extinction && !grids.scattering) refuse("neither extinction nor scattering");
-  if (grids.extinction_back && !grids.extinction) refuse("a way back without a way there");
+  if (grids.extinction_back && !grids.extinction) refuse("extinction_back without extinction");
   const bool scatters = grids.basis == SourceBasis::scattering;
   const bool cosine = grids.basis == SourceBasis::cosine;
   if (grids.harmonics_degree < 0 || grids.harmonics_degree > kMaxHarmonicsDegree) {
@@ -108,7 +108,7 @@ openvdb::math::Transform::Ptr vdb_transform(const GridTransform& transform) {
     result->postTranslate({transform.origin_m.x, transform.origin_m.y, transform.origin_m.z});
     return result;
   } catch (const openvdb::Exception&) {
-    throw UsageError("expected voxels of at least 2e-05 m, the least that OpenVDB tells from none, found " +
+    throw UsageError("expected voxels of at least 2e-05 m, the smallest that OpenVDB accepts, found " +
                      number_text(transform.voxel_size_m) + " m; make them larger, or check the scene's units");
   }
 }

@@ -10,8 +10,8 @@
 #include "sarnerf/field/field_sampler.h"
 #include "sarnerf/scene/vdb_scene.h"
 
-// OpenVDB's classes of grids have hundreds of virtual functions each, which every unit would compile again: a third of the
-// time that scene takes to build. They are instantiated in vdb_grids.cpp.
+// OpenVDB's grid classes have hundreds of virtual functions each. Compiling them again in every unit took a third of the
+// build time of scene; vdb_grids.cpp instantiates them once.
 extern template class openvdb::Grid<openvdb::FloatTree>;
 extern template class openvdb::Grid<openvdb::Vec3STree>;
 extern template class openvdb::Grid<openvdb::Int32Tree>;
@@ -21,8 +21,8 @@ extern template class openvdb::tree::Tree<openvdb::Int32Tree::RootNodeType>;
 
 namespace sarnerf {
 
-/// The grids behind a VdbScene: null where the scene has none. All share one transform, uniform scale and
-/// translation, in world metres with Y up.
+/// The grids of a VdbScene; null if the scene does not have the grid. All have the same transform (uniform scale
+/// and translation), in world metres with Y up.
 struct VdbScene::Grids {
   openvdb::FloatGrid::Ptr extinction;       ///< κ⁺ (1/m)
   openvdb::FloatGrid::Ptr extinction_back;  ///< κ⁻ (1/m), if it differs
@@ -33,14 +33,14 @@ struct VdbScene::Grids {
   openvdb::Vec3SGrid::Ptr normal;                   ///< for SourceBasis::cosine
   openvdb::FloatGrid::Ptr exponent;                 ///< for SourceBasis::cosine
   openvdb::Int32Grid::Ptr component;                ///< optional, as enum Component
-  openvdb::FloatGrid::Ptr occupancy;        ///< optional: 0 outside of a body and 1 inside, for those who want its shape
-  openvdb::MetaMap metadata;  ///< of the file, beside what write_vdb() sets itself
+  openvdb::FloatGrid::Ptr occupancy;        ///< optional: 0 outside a body, 1 inside; for tools that need its shape
+  openvdb::MetaMap metadata;  ///< of the file; write_vdb() adds its own entries
 
-  /// Those that exist, in the order of the channels; `component` and `occupancy` last.
+  /// The grids that exist, in the order of the channels; `component` and `occupancy` last.
   std::vector<openvdb::GridBase::Ptr> all() const;
 };
 
-/// Throws UsageError unless the grids that the basis asks for are there, and no others.
+/// Throws UsageError unless the grids that the basis needs exist, and no others.
 void require_complete(const VdbScene::Grids& grids);
 
 /// Transform of grids with voxel centres at `transform`'s integer indices.
@@ -48,16 +48,16 @@ openvdb::math::Transform::Ptr vdb_transform(const GridTransform& transform);
 /// Inverse of vdb_transform(). Throws InputError unless the map is uniform scale and translation.
 GridTransform grid_transform(const openvdb::math::Transform& transform, const std::string& where);
 
-/// Two-way optical depth of a voxel well inside opaque matter.
+/// Two-way optical depth of a voxel well inside opaque material.
 inline constexpr float kOpaqueDepthPerVoxel = 20.0f;
 
-/// Depth (voxels) below a surface at which its matter begins to absorb. Interpolated between voxels, what
-/// begins here answers a radar as if from depth 0 on average over all positions of the lattice, all
-/// orientations and incidences up to 75°; the scatter about that is 0.15 voxels. Matter that began at the
-/// surface itself would answer 0.14 voxels deep, coverage of a voxel by matter 0.64 voxels too early.
+/// Depth (voxels) below a surface at which extinction begins. Extinction is interpolated between voxels; with this
+/// onset the mean range of the backscatter is that of the surface (depth 0), averaged over all positions of the
+/// lattice, all orientations and incidences up to 75°, with a scatter of 0.15 voxels. With an onset at the surface
+/// itself the backscatter would come 0.14 voxels too early, with extinction by coverage of the voxel 0.64 voxels.
 inline constexpr float kOpaqueOnset = 0.14f;
 
-/// Two-way optical depth per voxel at a depth (voxels, inside positive) below the surface of opaque matter.
+/// Two-way optical depth per voxel at a depth (voxels, inside positive) below the surface of opaque material.
 inline float opaque_extinction_per_voxel(float depth_in_voxels) {
   return kOpaqueDepthPerVoxel * std::clamp(depth_in_voxels - kOpaqueOnset, 0.0f, 1.0f);
 }

@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view kFormat = "sarnerf-volume";
 constexpr std::int64_t kVersion = 1;
 
-/// Axes and units of the file where it has them, else those of the options.
+/// Axes and units that the file states, else those of the options.
 struct Frame {
   UpAxis up = UpAxis::y;
   double metres_per_unit = 1.0;
@@ -35,7 +35,7 @@ class OwnLayout {
         load_numbers("extinction_back", ValueRule::not_negative, optical_scale());
     read_source();
     grids_->component = load<openvdb::Int32Grid>("component", require_components);
-    if (find("occupancy") != nullptr) used_.insert("occupancy");  // a body's shape, which no ray asks for
+    if (find("occupancy") != nullptr) used_.insert("occupancy");  // a body's shape, which rendering does not use
     read_scene_box();
     keep_metadata();
     say_what_is_left();
@@ -60,7 +60,7 @@ class OwnLayout {
   void check_version() const {
     const auto format = text_entry(file_.metadata, "format");
     if (!format) {
-      reading_.notes.push_back(file_.name + ": does not say who wrote it; its grids are taken for what "
+      reading_.notes.push_back(file_.name + ": has no metadata 'format'; its grids are taken for what "
                                             "their names say, with values in 1/m");
       return;
     }
@@ -80,21 +80,22 @@ class OwnLayout {
       if (*up != "y" && *up != "z") fail("expected up_axis \"y\" or \"z\", found " + in_quotes(*up));
       frame.up = *up == "z" ? UpAxis::z : UpAxis::y;
       if (frame.up != reading_.options.up && reading_.options.up != UpAxis::y) {
-        reading_.notes.push_back(file_.name + ": says itself that " + *up + " is up; --up is not used");
+        reading_.notes.push_back(file_.name + ": its metadata state that " + *up + " is up; --up is not used");
       }
     }
     if (const auto units = text_entry(file_.metadata, "units")) {
       if (*units != "m") fail("expected units \"m\", found " + in_quotes(*units));
       frame.metres_per_unit = 1.0;
       if (reading_.options.units_m != 1.0) {
-        reading_.notes.push_back(file_.name + ": says itself that it is in metres; --units is not used");
+        reading_.notes.push_back(file_.name + ": its metadata state that it is in metres; --units is not used");
       }
     }
     frame.metres_per_unit *= reading_.options.scale;
     return frame;
   }
 
-  /// A scaled scene is a model of the first one, opaque where that is.
+  /// Factor on extinction and scattering that keeps optical depths, so that a scaled scene is opaque where the
+  /// original is.
   double optical_scale() const { return 1.0 / reading_.options.scale; }
 
   void choose_basis() {
@@ -104,7 +105,7 @@ class OwnLayout {
     if (scatters && bright) fail("expected either \"scattering\" or \"brightness\", found both");
     if (!scatters && !bright) {
       fail("expected \"scattering\" or \"brightness\" beside \"extinction\", found neither; a volume "
-           "without them answers no radar. Grids: " + listed_grids(file_));
+           "without them returns no backscatter. Grids: " + listed_grids(file_));
     }
     if (scatters) {
       if (basis) fail("found brightness_basis " + in_quotes(*basis) + " but no grid \"brightness\"");
@@ -155,7 +156,7 @@ class OwnLayout {
           load_numbers("scattering", ValueRule::not_negative, optical_scale());
       return;
     }
-    // Single coefficients of harmonics may have any sign: only their sum is clamped.
+    // A single coefficient of harmonics may have any sign: only the sum is clamped.
     const ValueRule rule = n_brightness_ > 1 ? ValueRule::finite : ValueRule::not_negative;
     for (int n = 0; n < n_brightness_; ++n) {
       const std::string name = n == 0 ? "brightness" : "brightness_" + std::to_string(n);
@@ -170,7 +171,7 @@ class OwnLayout {
     if (frame_.up == UpAxis::z) turn_vectors_from_z_up(*grids_->normal);
   }
 
-  /// The grid in its place, or null; `check(grid, where)` sees it as it is in the file.
+  /// The grid after place_grid(), or null; `check(grid, where)` gets it as stored in the file.
   template <class Grid, class Check>
   typename Grid::Ptr load(const std::string& name, const Check& check) {
     const VdbFileGrid* found = find(name);

@@ -21,7 +21,7 @@ namespace sarnerf {
 namespace {
 
 constexpr double kTolerance = 1e-6;  // of a voxel
-/// OpenVDB takes maps that shrink volumes to less than 3e-15 for singular ones.
+/// OpenVDB treats maps that shrink volumes by a factor below 3e-15 as singular.
 constexpr double kSmallestVoxel_m = 2e-5;
 
 glm::dvec3 world_from_file(const openvdb::Vec3d& p, UpAxis up, double metres_per_unit) {
@@ -39,7 +39,7 @@ openvdb::Coord moved(const openvdb::Coord& voxel, const VdbPlacement& placement)
   return result;
 }
 
-/// Voxel of the low corner of a node's image.
+/// Low corner of a node after it is moved.
 openvdb::Coord moved_node(const openvdb::Coord& low, int side, const VdbPlacement& placement) {
   const openvdb::Coord a = moved(low, placement);
   const openvdb::Coord b = moved(low.offsetBy(side - 1), placement);
@@ -47,7 +47,7 @@ openvdb::Coord moved_node(const openvdb::Coord& low, int side, const VdbPlacemen
 }
 
 void require_reach(const openvdb::CoordBBox& box, const std::string& where) {
-  // With room for mirroring, and for the neighbours of the outermost voxels.
+  // Leaves room for mirroring, and for the neighbours of the outermost voxels.
   constexpr int kReach = kBrickSide * (kMaxBrick - 2) - VdbPlacement::kMirror;
   for (int n = 0; n < 3; ++n) {
     if (box.min()[n] >= -kReach && box.max()[n] <= kReach) continue;
@@ -125,7 +125,7 @@ VdbPlacement placement_of(const openvdb::math::Transform& transform, UpAxis up, 
     const auto at = static_cast<std::size_t>(along);
     const double length = std::abs(step[along]);
     if (!(length > 0.0) || !std::isfinite(length)) refuse("one without a size");
-    // A large translation leaves its rounding in the differences.
+    // The differences contain the rounding error of a large translation.
     const double rounding = 1e-12 * (std::abs(origin.x) + std::abs(origin.y) + std::abs(origin.z));
     for (int n = 0; n < 3; ++n) {
       if (n != along && std::abs(step[n]) > kTolerance * length + rounding) refuse("a rotated or sheared one");
@@ -139,7 +139,7 @@ VdbPlacement placement_of(const openvdb::math::Transform& transform, UpAxis up, 
       refuse("voxels of " + std::to_string(size[0]) + " by " + std::to_string(length) + " m");
     }
   }
-  // The map's own voxel size has no rounding of a translation in it.
+  // The map's own voxel size is free of the translation's rounding error.
   const double voxel_m = transform.voxelSize().x() * metres_per_unit;
   const double farthest = std::max({std::abs(origin.x), std::abs(origin.y), std::abs(origin.z), voxel_m});
   if (!(voxel_m >= kSmallestVoxel_m) || !(farthest <= kFarthest_m)) {
@@ -194,7 +194,7 @@ Scene scene_around(const Volume& volume, const std::filesystem::path& file, cons
     materials.add_file(options.materials_file);
     scene.report.files.push_back(options.materials_file);
   }
-  scene.materials.push_back(materials.require(*options.ground_material, "--ground"));
+  scene.materials.push_back(materials.require_ground(*options.ground_material));
   const double lowest_m = scene.box.empty() ? 0.0 : scene.box.min.y;
   scene.ground = Ground{0, options.ground_height_m.value_or(lowest_m)};
   return scene;

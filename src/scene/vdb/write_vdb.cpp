@@ -16,11 +16,11 @@ namespace sarnerf {
 
 namespace {
 
-/// Where a file keeps its identifier: behind magic number, three versions and a flag.
+/// Offset of a file's identifier: after the magic number, three versions and a flag.
 constexpr std::streamoff kIdentifierAt = 8 + 3 * 4 + 1;
 constexpr std::size_t kIdentifierBytes = 36;
 
-/// OpenVDB's File opens its file itself and does not look whether the disk takes what it writes.
+/// Replaces OpenVDB's File, which opens its file itself and does not check whether the disk accepts the data.
 class Archive : public openvdb::io::Archive {
  public:
   void write_to(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& metadata) {
@@ -55,7 +55,7 @@ openvdb::MetaMap file_metadata(const VdbScene::Grids& grids, const Box& box_m) {
   return metadata;
 }
 
-/// The same tree under the name that the format gives it, without what else a grid says about itself.
+/// The same tree under its name in the format, without the grid's other metadata.
 openvdb::GridBase::ConstPtr named(const openvdb::GridBase::Ptr& grid, const std::string& name,
                                   openvdb::GridClass grid_class) {
   const openvdb::GridBase::Ptr copy =
@@ -85,8 +85,8 @@ openvdb::GridCPtrVec named_grids(const VdbScene::Grids& grids) {
   return named_grids;
 }
 
-/// OpenVDB numbers its files at random. An identifier made of everything else keeps what it is for, and the
-/// same scene the same file.
+/// Replaces OpenVDB's random identifier by a digest of the rest of the file. It still distinguishes files, and the
+/// same scene gives the same file.
 void set_identifier(std::fstream& file) {
   file.seekp(kIdentifierAt);
   file.write(std::string(kIdentifierBytes, '0').data(), kIdentifierBytes);
@@ -101,7 +101,7 @@ void set_identifier(std::fstream& file) {
   file.exceptions(std::ios::badbit | std::ios::failbit);
   std::string identifier = digest.hex_digest().substr(0, kIdentifierBytes);
   for (const std::size_t dash : {8u, 13u, 18u, 23u}) identifier[dash] = '-';
-  identifier[14] = '8';  // RFC 9562: an identifier of its maker's own making
+  identifier[14] = '8';  // RFC 9562, version 8: custom content
   identifier[19] = 'a';
   file.seekp(kIdentifierAt);
   file.write(identifier.data(), kIdentifierBytes);
@@ -128,7 +128,7 @@ void write_vdb(const VdbScene& scene, const std::filesystem::path& path) {
   } catch (const openvdb::Exception& failure) {
     fail(failure.what());
   } catch (const std::ios_base::failure&) {
-    fail(errno != 0 ? std::strerror(errno) : "the disk does not take it");
+    fail(errno != 0 ? std::strerror(errno) : "the write failed");
   }
   files.commit();
 }

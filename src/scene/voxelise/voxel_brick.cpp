@@ -37,7 +37,7 @@ std::unique_ptr<SurfaceDistance> all_opaque(const Scene& scene) {
   return std::make_unique<SurfaceDistance>(scene.mesh.vertices_m, triangles, false);
 }
 
-/// Whether a side sees the sky above the horizon from any of some points.
+/// Whether a ray into the sky above the horizon is free on this side, from any of the points.
 bool sees_sky(const SurfaceDistance& opaque, std::span<const glm::dvec3> points,
               const glm::dvec3& outward, double lift_m) {
   static const std::array<glm::dvec3, kDirections> directions = sky();
@@ -50,9 +50,9 @@ bool sees_sky(const SurfaceDistance& opaque, std::span<const glm::dvec3> points,
   return false;
 }
 
-/// Finds the sides of a sheet's triangles that are hidden from everywhere above the horizon by the scene's
-/// opaque matter: rays into some directions from some points of each side, all of which meet something.
-/// The front is the side that the normal points to. Cost: some fifty microseconds a triangle.
+/// Finds the sides of a sheet's triangles that the scene's opaque material hides from all directions above the
+/// horizon: rays into up to 16 directions from one or four points of the side all hit something. The front is
+/// the side that the normal points to. Cost: some fifty microseconds a triangle.
 std::vector<HiddenSide> find_hidden_sides(const Scene& scene, const VoxelSurface& sheet,
                                           double voxel_size_m, const Monitor& monitor) {
   const std::unique_ptr<SurfaceDistance> opaque = all_opaque(scene);
@@ -67,20 +67,20 @@ std::vector<HiddenSide> find_hidden_sides(const Scene& scene, const VoxelSurface
       const glm::dvec3 middle = (a + b + c) / 3.0;
       const std::array<glm::dvec3, 4> points{middle, 0.5 * (middle + a), 0.5 * (middle + b),
                                              0.5 * (middle + c)};
-      // One point stands for a triangle that no voxel could resolve.
+      // One point is enough for a triangle that the voxels cannot resolve.
       const bool small = glm::length(b - a) + glm::length(c - b) + glm::length(a - c) < 3.0 * voxel_size_m;
       const std::span<const glm::dvec3> chosen(points.data(), small ? 1 : points.size());
       const double lift_m = 1e-3 * voxel_size_m;
       const bool front = sees_sky(*opaque, chosen, normal, lift_m);
       const bool back = sees_sky(*opaque, chosen, -normal, lift_m);
-      // What nobody sees from either side needs no decision.
+      // A triangle that is hidden on both sides needs no decision.
       if (front != back) hidden[t] = front ? HiddenSide::back : HiddenSide::front;
     }
   });
   return hidden;
 }
 
-/// Pieces smaller than this many voxels in every direction have no inside that voxels could show.
+/// Pieces smaller than this many voxels in every direction have no inside that voxels can resolve.
 constexpr double kSmallPiece = 2.0;
 
 void build_distance(const Scene& scene, VoxelSurface& surface) {
@@ -153,9 +153,9 @@ constexpr std::size_t voxel_index(int x, int y, int z) {
   return static_cast<std::size_t>((x * kBrickSide + y) * kBrickSide + z);
 }
 
-/// Calls visit(voxel, world point, nearest point) for the voxels of a brick that lie within `reach` of a
-/// surface. Distances change by at most a voxel from one voxel to the next: what is farther away is
-/// skipped as far as that goes.
+/// Calls visit(voxel, world point, nearest point) for the voxels of a brick that lie within `reach` (voxels) of a
+/// surface. Distances change by at most one voxel per step, so the loop skips as many voxels as the surface is
+/// beyond `reach`.
 template <class Visit>
 void for_each_voxel_near(const SurfaceDistance& surface, const GridTransform& transform,
                          const glm::ivec3& first, double reach, Visit&& visit) {
@@ -177,8 +177,8 @@ void for_each_voxel_near(const SurfaceDistance& surface, const GridTransform& tr
   }
 }
 
-/// One-way extinction of a medium. Brightness is scattering over extinction, so that matter that only
-/// scatters is given a little, which takes 2e-5 of the power over 100 m.
+/// One-way extinction of a medium. Brightness is scattering over extinction, so a material that only scatters
+/// gets a small extinction, which removes 2e-5 of the power over 100 m.
 double extinction_of(const Material& medium, double extinction_per_m) {
   constexpr double kLeast_per_m = 1e-7;
   return medium.scattering_per_m > 0.0 ? std::max(extinction_per_m, kLeast_per_m) : extinction_per_m;
@@ -190,18 +190,18 @@ void set_medium_attributes(const Material& medium, std::size_t voxel, VoxelBrick
   voxels.attributes.set(voxel);
   voxels.gamma0[voxel] = static_cast<float>(sum > 0.0 ? medium.scattering_per_m / sum : 0.0);
   voxels.exponent[voxel] = 0.0f;
-  voxels.normal[voxel] = glm::vec3(0.0f, 1.0f, 0.0f);  // says nothing: the exponent is 0
+  voxels.normal[voxel] = glm::vec3(0.0f, 1.0f, 0.0f);  // without effect: the exponent is 0
   voxels.component[voxel] = Component::other;
 }
 
-/// Depth (voxels) at which a point near a sheet counts. The matter of a sheet with a hidden side lies there,
-/// as if it were the skin of a solid; that of one seen from both sides lies to both.
+/// Depth (voxels) used for a point near a sheet. A sheet with a hidden side is opaque on that side only, like the
+/// shell of a solid; a sheet seen from both sides is opaque on both.
 float sheet_depth(const VoxelSurface& surface, const glm::dvec3& point, const NearestPoint& nearest,
                   double voxel_m) {
   const auto distance = static_cast<float>(nearest.distance_m / voxel_m);
   const HiddenSide hidden = surface.hidden[nearest.triangle];
   if (hidden == HiddenSide::none) return kSheetDepth - distance;
-  // Beside a sheet's border is neither side.
+  // Points beyond a sheet's border are on neither side.
   constexpr double kLeastCosine = 0.65;
   const double above = glm::dot(point - nearest.point_m, surface.distance->normal(nearest.triangle));
   const double into = hidden == HiddenSide::front ? above : -above;
@@ -218,7 +218,7 @@ VoxelBrick::VoxelBrick() {
   component.fill(Component::none);
 }
 
-/// Thickness (voxels) of the matter around a voxel: from its nearest point straight through it.
+/// Thickness (voxels) of the material at a voxel, measured from the nearest surface point straight through it.
 double BrickVoxeliser::thickness(const VoxelSurface& surface, const glm::dvec3& point_m,
                                  const NearestPoint& nearest, bool inside) const {
   if (!surface.closed) return 0.0;
@@ -227,11 +227,11 @@ double BrickVoxeliser::thickness(const VoxelSurface& surface, const glm::dvec3& 
   if (nearest.distance_m > 1e-6 * voxel_m) {
     inward = (inside ? 1.0 : -1.0) * (point_m - nearest.point_m) / nearest.distance_m;
   }
-  // A little inside, so that neighbouring triangles around an edge are not met at once.
+  // Starts a little inside, so that the ray does not hit neighbouring triangles around an edge at once.
   const double start_m = 1e-3 * voxel_m;
   const auto path = surface.distance->free_path(nearest.point_m + start_m * inward, inward, nearest.triangle);
-  // Matter thinner than that ends before: the ray then meets nothing, or enters what lies behind it. A ray
-  // that runs within a face, from an edge on, says nothing about what is beneath.
+  // Material thinner than start_m ends before the ray starts: the ray then hits nothing, or enters the next solid.
+  // A ray that starts at an edge and runs within a face gives no thickness.
   constexpr double kEdgeOn = 1e-6;
   if (!path) return 0.0;
   const double outward = glm::dot(surface.distance->normal(path->triangle), inward);
@@ -246,8 +246,8 @@ void BrickVoxeliser::set_attributes(const VoxelSurface& surface, const NearestPo
   const Material& material = scene_.materials[scene_.mesh.material[triangle]];
   const Object& object = scene_.objects[scene_.pieces[scene_.mesh.piece[triangle]].object];
   const glm::dvec3 in_object = glm::dvec3(object.object_from_world * glm::dvec4(nearest.point_m, 1.0));
-  // Squares smaller than voxels would be sampled, not averaged, and a pattern of them may beat with the
-  // grid: their mean is 1.
+  // Squares smaller than voxels would be sampled instead of averaged and could alias with the grid. Their mean, 1,
+  // replaces them.
   const bool textured = material.texture.period_m >= transform_.voxel_size_m;
   const double factor = textured ? material.texture.factor(in_object) : 1.0;
   voxels.attributes.set(voxel);
@@ -272,7 +272,7 @@ void BrickVoxeliser::fill_opaque(const glm::ivec3& first, const VoxelSurface& su
     } else {
       counted = sheet_depth(surface, point, nearest, voxel_m);
     }
-    // Where several pieces reach, the one deepest inside gives the voxel its looks.
+    // If several pieces reach a voxel, it gets the attributes of the piece in which it lies deepest.
     if (counted <= depth[voxel]) return;
     depth[voxel] = counted;
     set_attributes(surface, nearest, voxel, voxels);
@@ -289,7 +289,7 @@ void BrickVoxeliser::fill_opaque(const glm::ivec3& first, const VoxelSurface& su
 
 void BrickVoxeliser::add_medium(const Material& medium, double coverage, std::size_t voxel,
                                 VoxelBrick& voxels) const {
-  // Opaque matter wins: what it hides of a medium cannot be seen.
+  // Opaque material takes precedence: a medium inside it cannot be seen.
   if (!(coverage > 0.0) || voxels.opaque[voxel]) return;
   voxels.occupied.set(voxel);
   voxels.extinction_per_m[voxel] += static_cast<float>(coverage * extinction_of(medium, medium.extinction_per_m));
@@ -303,7 +303,7 @@ void BrickVoxeliser::fill_medium(const glm::ivec3& first, const VoxelSurface& su
                                  VoxelBrick& voxels) const {
   const double voxel_m = transform_.voxel_size_m;
   const Material& medium = *surface.medium;
-  // A plane cuts a voxel over a depth of the voxel's width along the plane's normal.
+  // A plane cuts a voxel over a range of depths equal to the voxel's width along the plane's normal.
   constexpr double kLargestHalfWidth = 0.87;  // half a voxel's diagonal
   std::array<bool, kBrickVoxels> near_surface{};
   const auto visit = [&](std::size_t voxel, const glm::dvec3& point, const NearestPoint& nearest) {
@@ -316,13 +316,13 @@ void BrickVoxeliser::fill_medium(const glm::ivec3& first, const VoxelSurface& su
     if (!near_surface[voxel]) return;
     double coverage = std::clamp(0.5 + depth / width, 0.0, 1.0);
     const double across = thickness(surface, point, nearest, inside);
-    if (across < 2.0 * width) {  // the far side, too, cuts this voxel
+    if (across < 2.0 * width) {  // the far side also cuts this voxel
       coverage += std::clamp(0.5 + (across - depth) / width, 0.0, 1.0) - 1.0;
     }
     add_medium(medium, coverage, voxel, voxels);
   };
   for_each_voxel_near(*surface.distance, transform_, first, kReach, visit);
-  // The rest of the brick is wholly inside or wholly outside; only neighbours tell which.
+  // The other voxels are wholly inside or wholly outside. Each run of them along z is tested once.
   for (int x = 0; x < kBrickSide; ++x) {
     for (int y = 0; y < kBrickSide; ++y) {
       bool known = false, inside = false;
@@ -354,7 +354,7 @@ bool BrickVoxeliser::fill(const glm::ivec3& brick, std::span<const std::uint32_t
   for (const std::uint32_t s : surfaces) {
     if (surfaces_[s].medium != nullptr) fill_medium(first, surfaces_[s], voxels);
   }
-  // Where media overlap, brightness is that of the sum.
+  // Where media overlap, the brightness follows from their summed scattering and extinctions.
   for (std::size_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
     if (!voxels.occupied[voxel] || voxels.opaque[voxel]) continue;
     const float sum = voxels.extinction_per_m[voxel] + voxels.extinction_back_per_m[voxel];

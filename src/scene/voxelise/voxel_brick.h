@@ -15,32 +15,32 @@
 
 namespace sarnerf {
 
-/// Which side of a sheet no radar above the horizon sees. There its matter can be put, so that the other side
-/// answers where it is.
+/// The side of a sheet that no radar above the horizon sees. The sheet's opaque voxels are placed on that side,
+/// so that the visible side is imaged at its true range.
 enum class HiddenSide : std::uint8_t { none, front, back };
 
-/// A part of the mesh that is voxelised at one go: a closed piece, or all matter that is thinner than
-/// voxels can tell.
+/// A part of the mesh that is voxelised as one: a closed piece, or all sheets and pieces too small for the voxels
+/// to resolve.
 struct VoxelSurface {
-  std::vector<std::uint32_t> triangles;  ///< of the scene, by the surface's own numbers
+  std::vector<std::uint32_t> triangles;  ///< scene triangle of each of the surface's triangles
   std::unique_ptr<SurfaceDistance> distance;
-  bool closed = false;  ///< else a sheet, without an inside
+  bool closed = false;  ///< false: sheets, without an inside
   const Material* medium = nullptr;  ///< null: opaque
-  std::vector<HiddenSide> hidden;    ///< of a sheet, per triangle
+  std::vector<HiddenSide> hidden;    ///< per triangle, of sheets
 };
 
-/// Cuts the scene's mesh into surfaces: one for each closed piece, one for all open opaque pieces together
-/// with those too small for `voxel_size_m`. Open translucent pieces bound nothing and are left out.
+/// Divides the scene's mesh into surfaces: one for each closed piece, and one for all opaque pieces that are open
+/// or too small for `voxel_size_m`. Open translucent pieces bound no volume and are left out.
 std::vector<VoxelSurface> make_voxel_surfaces(const Scene& scene, double voxel_size_m,
                                               const Monitor& monitor);
 
-/// What a brick's voxels hold, before it becomes leaves of OpenVDB grids.
+/// Values of a brick's voxels, before they become leaves of OpenVDB grids.
 struct VoxelBrick {
-  std::bitset<kBrickVoxels> occupied;    ///< extinction or scattering
-  std::bitset<kBrickVoxels> opaque;      ///< by opaque matter
+  std::bitset<kBrickVoxels> occupied;    ///< has extinction or scattering
+  std::bitset<kBrickVoxels> opaque;      ///< occupied by opaque material
   std::bitset<kBrickVoxels> attributes;  ///< brightness, normal, exponent and component are set
   std::array<float, kBrickVoxels> extinction_per_m, extinction_back_per_m;
-  std::array<float, kBrickVoxels> scattering_per_m;  ///< of translucent matter
+  std::array<float, kBrickVoxels> scattering_per_m;  ///< of translucent material
   std::array<float, kBrickVoxels> gamma0, exponent;
   std::array<glm::vec3, kBrickVoxels> normal;
   std::array<Component, kBrickVoxels> component;
@@ -48,23 +48,23 @@ struct VoxelBrick {
   VoxelBrick();
 };
 
-/// Asks the surfaces for what they do to bricks.
+/// Computes the voxels of bricks from the surfaces.
 class BrickVoxeliser {
  public:
-  /// All arguments must outlive it; `component` is per triangle of the scene.
+  /// All arguments must outlive this object; `component` has a value for each triangle of the scene.
   BrickVoxeliser(const Scene& scene, std::span<const VoxelSurface> surfaces,
                  std::span<const Component> component, const GridTransform& transform)
       : scene_(scene), surfaces_(surfaces), component_(component), transform_(transform) {}
 
-  /// How far (voxels) surfaces reach: two voxels beyond what answers, and as deep as an optical depth of
-  /// 20 needs.
+  /// Distance (voxels) up to which surfaces set voxels: two voxels beyond the occupied ones outside, and deep
+  /// enough inside for an optical depth of 20.
   static constexpr double kReach = 3.0;
 
-  /// Fills the brick with all that the given surfaces put there. Returns whether that is anything.
+  /// Fills the brick from the given surfaces. Returns whether any voxel was set.
   bool fill(const glm::ivec3& brick, std::span<const std::uint32_t> surfaces,
             VoxelBrick& voxels) const;
 
-  /// Whether a voxel lies inside a surface, however far from it.
+  /// Whether a voxel lies inside a surface, at any distance from it.
   bool holds(std::uint32_t surface, const glm::ivec3& voxel) const;
 
  private:
@@ -84,12 +84,12 @@ class BrickVoxeliser {
   GridTransform transform_;
 };
 
-/// Depth (voxels) that the middle of a thin sheet is given whatever its thickness, so that less than 1e-5
-/// of the power passes through it at any position of the lattice. A sheet answers up to this much early.
+/// Depth (voxels) assigned to the middle of a thin sheet of any thickness, so that less than 1e-5 of the power
+/// passes through it at any position of the lattice. A sheet is imaged up to this distance too early.
 inline constexpr float kSheetDepth = 1.0f;
 
-/// Depth at which a point counts that lies `depth` (voxels) below a surface whose matter is `thickness`
-/// (voxels) thick there: thin matter is thickened until it is opaque.
+/// Depth (voxels) used for a point at a depth below a surface whose material has a given thickness there: thin
+/// material is thickened until it is opaque.
 inline float thickened_depth(float depth_in_voxels, float thickness_in_voxels) {
   return depth_in_voxels + std::max(0.0f, kSheetDepth - 0.5f * thickness_in_voxels);
 }

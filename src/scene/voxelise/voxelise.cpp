@@ -28,8 +28,8 @@ class CandidateBricks {
  public:
   explicit CandidateBricks(const GridTransform& transform) : transform_(transform) {}
 
-  /// Adds all bricks with a voxel within `margin` voxels of a triangle, and some more. Cost: the
-  /// triangle's area over that of a brick.
+  /// Adds all bricks with a voxel within `margin` voxels of a triangle, and some others. Cost: proportional to
+  /// the triangle's area over that of a brick's face.
   void add_triangle(const glm::dvec3& a_m, const glm::dvec3& b_m, const glm::dvec3& c_m,
                     double margin, std::uint32_t surface);
   void add(const glm::ivec3& brick, std::uint32_t surface);
@@ -49,7 +49,7 @@ class CandidateBricks {
 void CandidateBricks::add(const glm::ivec3& brick, std::uint32_t surface) {
   const std::uint32_t number = bricks_.insert(brick);
   if (number == surfaces_.size()) surfaces_.emplace_back();
-  // Surfaces come one after the other, so that one that is there already is the last.
+  // Surfaces are added one after another, so a surface that is listed already is the last entry.
   std::vector<std::uint32_t>& known = surfaces_[number];
   if (known.empty() || known.back() != surface) known.push_back(surface);
 }
@@ -64,7 +64,7 @@ void CandidateBricks::add_part(const glm::dvec3& a, const glm::dvec3& b, const g
                                double margin, std::uint32_t surface) {
   const double ab = glm::length(b - a), bc = glm::length(c - b), ca = glm::length(a - c);
   const double longest = std::max({ab, bc, ca});
-  if (longest > kBrickSide) {  // halves: boxes of oblique triangles are mostly empty
+  if (longest > kBrickSide) {  // cut in half: boxes of oblique triangles are mostly empty
     const glm::dvec3 p = longest == ab ? a : longest == bc ? b : c;
     const glm::dvec3 q = longest == ab ? b : longest == bc ? c : a;
     const glm::dvec3 r = longest == ab ? c : longest == bc ? a : b;
@@ -82,10 +82,10 @@ void CandidateBricks::add_part(const glm::dvec3& a, const glm::dvec3& b, const g
   }
 }
 
-/// Bytes a brick takes while it is made: leaves of all grids, and the volume's bricks beside them.
+/// Bytes per brick at the peak: the leaves of all grids and the bricks of the volume made from them.
 constexpr double kBytesPerBrick = kBrickVoxels * 2.0 * 7.0 * sizeof(float);
 
-/// A leaf of one grid, from a brick's values where `active`.
+/// A leaf of one grid with a brick's values where `active`; null if no voxel is active.
 template <class Grid, class ValueOf>
 std::unique_ptr<typename Grid::TreeType::LeafNodeType> make_leaf(
     const glm::ivec3& brick, const std::bitset<kBrickVoxels>& active, ValueOf&& value_of) {
@@ -115,7 +115,7 @@ typename Grid::Ptr make_grid(const char* name, const GridTransform& transform) {
   return grid;
 }
 
-/// What of a scene's matter decides which grids it needs.
+/// Properties of a scene's materials that determine which grids it needs.
 struct Matter {
   bool opaque = false, media = false, two_extinctions = false;
 };
@@ -152,7 +152,7 @@ Leaves make_leaves(const glm::ivec3& brick, const VoxelBrick& v, const Matter& m
   return leaves;
 }
 
-/// Bricks wholly inside a medium, between bricks of its surface along z.
+/// Bricks wholly inside a medium: they lie between bricks of its surface along z.
 std::vector<glm::ivec3> interior_bricks(const CandidateBricks& candidates, std::uint32_t surface,
                                         const BrickVoxeliser& voxeliser) {
   std::map<std::pair<int, int>, std::vector<int>> columns;
@@ -184,6 +184,18 @@ double surface_area_m2(const Scene& scene) {
   return area;
 }
 
+/// Of the closed translucent solids, whose interiors are filled (divergence theorem; repair has turned their faces outward).
+double translucent_volume_m3(const Scene& scene) {
+  double volume = 0.0;
+  for (std::size_t t = 0; t < scene.mesh.triangles.size(); ++t) {
+    if (scene.materials[scene.mesh.material[t]].opaque) continue;
+    const glm::uvec3& c = scene.mesh.triangles[t];
+    const auto corner = [&](std::uint32_t n) { return scene.mesh.vertices_m[n] - scene.box.min; };
+    volume += glm::dot(corner(c.x), glm::cross(corner(c.y), corner(c.z))) / 6.0;
+  }
+  return std::abs(volume);
+}
+
 std::string rounded_text(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
@@ -206,8 +218,9 @@ void check_lattice(const Scene& scene, double voxel_size_m) {
 
 std::uint64_t expected_voxel_memory_bytes(const Scene& scene, double voxel_size_m) {
   const double side = kBrickSide * voxel_size_m;
-  // A plane meets 1.5 times as many bricks as its area, and its reach as many again beside them.
-  const double bricks = 2.0 * 1.5 * surface_area_m2(scene) / (side * side) + 27.0;
+  // A plane of an area of n brick faces crosses 1.5 n bricks, and its reach adds as many again.
+  const double of_surface = 2.0 * 1.5 * surface_area_m2(scene) / (side * side) + 27.0;
+  const double bricks = of_surface + translucent_volume_m3(scene) / (side * side * side);
   return static_cast<std::uint64_t>(std::min(bricks * kBytesPerBrick, 1e18));
 }
 
@@ -215,12 +228,12 @@ VdbScene voxelise(const Scene& scene, const VoxeliseOptions& options) {
   check_lattice(scene, options.voxel_size_m);
   const std::uint64_t expected = expected_voxel_memory_bytes(scene, options.voxel_size_m);
   if (options.max_memory_bytes > 0 && expected > options.max_memory_bytes) {
-    const double fits = options.voxel_size_m *
-                        std::sqrt(double(expected) / double(options.max_memory_bytes));
+    double fits = options.voxel_size_m;
+    while (expected_voxel_memory_bytes(scene, fits) > options.max_memory_bytes && fits < glm::length(scene.box.size())) fits *= 1.05;
     throw UsageError("voxels of " + number_text(options.voxel_size_m) + " m need about " +
                      std::to_string(expected >> 20) + " MiB, more than the " +
                      std::to_string(options.max_memory_bytes >> 20) +
-                     " MiB allowed; use --voxel-size " + rounded_text(1.05 * fits) +
+                     " MiB allowed; use --voxel-size " + rounded_text(fits) +
                      " or larger, or raise --max-memory");
   }
   openvdb::initialize();
@@ -295,7 +308,7 @@ VdbScene voxelise(const Scene& scene, const VoxeliseOptions& options) {
     take(grids->exponent, brick.exponent);
     take(grids->component, brick.component);
   }
-  // Whole leaves of one value, the insides of media, become tiles.
+  // Leaves with a single value (the interiors of media) become tiles.
   if (matter.media) {
     for (const openvdb::GridBase::Ptr& grid : grids->all()) grid->pruneGrid();
   }

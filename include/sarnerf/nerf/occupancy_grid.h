@@ -42,10 +42,10 @@ GridTransform grid_transform(const TrainingSet& set, double voxel_size_m);
 /// depth, or that of one of their 26 neighbours, is above a threshold, so that matter can grow by a voxel at its
 /// surface between two refreshes; and since every refresh looks at all voxels, what appears in empty space is found
 /// again. What is lost is matter that fits between voxel centres by more than a voxel's diagonal from any other.
-class DensityCache {
+class OccupancyGrid {
  public:
   /// `voxels` as carve() gives them for this transform. Everything is occupied and without extinction.
-  DensityCache(const GridTransform& transform, CarvedVoxels voxels);
+  OccupancyGrid(const GridTransform& transform, CarvedVoxels voxels);
 
   /// Centres of the voxels that may hold matter, in the transform's frame, [n_voxels].
   std::vector<glm::vec3> points_m() const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/nerf/density_cache.h"
+#include "sarnerf/nerf/occupancy_grid.h"
 
 #include <algorithm>
 #include <atomic>
@@ -48,7 +48,7 @@ std::vector<double> first_returns(const PosedImage& image, double zero_level) {
 
 std::vector<Witness> witnesses(const TrainingSet& set) {
   std::vector<Witness> views;
-  for (const PosedImage& image : set.appearances())
+  for (const PosedImage& image : set.training_images())
     views.push_back({image.acquisition, radar_frame(image.acquisition), first_returns(image, kZero * double{set.peak})});
   return views;
 }
@@ -155,7 +155,7 @@ glm::ivec3 voxel_at(const BrickTopology& topology, std::uint32_t place) {
 
 }  // namespace
 
-DensityCache::DensityCache(const GridTransform& transform, CarvedVoxels voxels)
+OccupancyGrid::OccupancyGrid(const GridTransform& transform, CarvedVoxels voxels)
     : transform_(transform),
       topology_(std::move(voxels.topology)),
       values_(2 * voxels.active.size(), 0.0f) {
@@ -164,7 +164,7 @@ DensityCache::DensityCache(const GridTransform& transform, CarvedVoxels voxels)
   refresh(std::vector<float>(places_.size(), 0.0f), -1.0);
 }
 
-std::vector<glm::vec3> DensityCache::points_m() const {
+std::vector<glm::vec3> OccupancyGrid::points_m() const {
   std::vector<glm::vec3> points;
   points.reserve(places_.size());
   for (const std::uint32_t place : places_)
@@ -172,14 +172,14 @@ std::vector<glm::vec3> DensityCache::points_m() const {
   return points;
 }
 
-std::vector<float> DensityCache::extinction_per_m() const {
+std::vector<float> OccupancyGrid::extinction_per_m() const {
   std::vector<float> extinction;
   extinction.reserve(places_.size());
   for (const std::uint32_t place : places_) extinction.push_back(values_[2 * std::size_t{place}]);
   return extinction;
 }
 
-std::vector<std::uint8_t> DensityCache::dilated(std::span<const std::uint8_t> marked) const {
+std::vector<std::uint8_t> OccupancyGrid::dilated(std::span<const std::uint8_t> marked) const {
   // Axis by axis: a cube of 3³ is the sum of three lines.
   std::vector<std::uint8_t> before(marked.begin(), marked.end()), after = before;
   for (int axis = 0; axis < 3; ++axis) {
@@ -202,9 +202,9 @@ std::vector<std::uint8_t> DensityCache::dilated(std::span<const std::uint8_t> ma
   return after;
 }
 
-void DensityCache::refresh(std::span<const float> extinction_per_m, double least_depth) {
+void OccupancyGrid::refresh(std::span<const float> extinction_per_m, double least_depth) {
   if (extinction_per_m.size() != places_.size())
-    throw UsageError("density cache: expected " + std::to_string(places_.size()) +
+    throw UsageError("occupancy grid: expected " + std::to_string(places_.size()) +
                      " extinctions, found " + std::to_string(extinction_per_m.size()));
   least_depth_ = least_depth;
   const auto least_per_m = static_cast<float>(least_depth / (2.0 * transform_.voxel_size_m));
