@@ -158,7 +158,7 @@ TEST_CASE("each mistake is named with its place") {
       {{"\"look\":\"right\"", "\"look\":\"up\""}, {"", "views[0].look: "}},
       {{"\"images/a.tif\",\"az", "\"../a.tif\",\"az"}, {"", "inside the dataset"}},
       {{"\"images/a.tif\",\"az", "\"images/b.tif\",\"az"}, {"", "listed twice"}},
-      {{"\"test\": [\n      \"images/b.tif\"", "\"test\": [\n      \"images/a.tif\""}, {"", "another split"}},
+      {{"\"test\": [\n      \"images/b.tif\"", "\"test\": [\n      \"images/a.tif\""}, {"", "already in a split"}},
       {{"0.305,", "0.0,"}, {"", "impulse_response.resolution_m[0]: expected a number above zero"}},
       {{"0.305,", "0.305, 0.4,"}, {"", "impulse_response.resolution_m: expected two widths"}},
       {{"taylor:-35,4", "tailor"}, {"", "impulse_response.window: "}},
