@@ -67,6 +67,10 @@ class CommandLine {
   /// `flag` becomes true if the option is given. It is set before the first step.
   void add_flag(const char* name, bool& flag, const char* help);
 
+  /// Refuses an option of an older version, on the command line and in configuration files. `instead`: what replaces it. Help does not
+  /// show the option.
+  void refuse_replaced(const char* name, const std::string& instead);
+
   /// Makes the option mandatory.
   void require(const char* name);
 

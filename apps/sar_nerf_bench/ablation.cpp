@@ -50,7 +50,6 @@ struct Material {
 struct Method {
   GroundRule ground;
   bool knows_response = true;
-  bool finishes = true;      ///< Trainer::finish()
   bool registers = true;
   std::vector<std::function<void(TrainerOptions&, const TrainingSet&)>> options;  ///< applied to the default ones in this order
 };
@@ -80,66 +79,25 @@ Rule ground_rule(const char* name, const char* text, std::function<bool(const O&
   return {name, text, std::move(acts), [without = std::move(without)](Method& m) { without(m.ground); }};
 }
 
-/// The priors' factor over a ground (trainer_options.cpp), from what it made of the smoothness of brightness.
-double scarcity_of(const O& o, Set s) {
-  const bool through = s.resolution && s.deconvolved.empty();
-  return o.grid.smooth_source / (through ? 0.4 : 1.0);
-}
-
 const std::vector<Rule>& rules() {
   const GridOptions grid;
   const O plain;
   static const std::vector<Rule> all{
-      option_rule("distortion", "distortion prior", [](const O& o, Set) { return o.distortion > 0.0; },
-                  [](O& o, Set) { o.distortion = 0.0; }),
-      option_rule("distortion_decay", "distortion falls to a tenth", [](const O& o, Set) { return o.distortion > 0.0; },
-                  [](O& o, Set) { o.final_distortion = 1.0; }),
-      option_rule("smooth_density", "smoothness of density", always, [](O& o, Set) { o.grid.smooth_density = 0.0; }),
-      option_rule("smooth_source", "smoothness of brightness", [](const O& o, Set) { return o.grid.smooth_source > 0.0; },
-                  [](O& o, Set) { o.grid.smooth_source = 0.0; }),
+      option_rule("relative_loss", "relative error over a ground (else squares)", over_ground,
+                  [](O& o, Set) { o.relative_epsilon = 0.0; }),
       option_rule("smooth_angular", "smoothness of turning brightness",
                   [](const O& o, Set) { return o.grid.smooth_angular > 0.0; }, [](O& o, Set) { o.grid.smooth_angular = 0.0; }),
-      option_rule("few_views", "stronger priors for few views, no ground",
-                  [](const O&, Set s) { return !s.ground && s.images.size() < 30; },
-                  [=](O& o, Set) {
-                    o.distortion = plain.distortion;
-                    o.final_distortion = plain.final_distortion;
-                    o.grid.smooth_density = grid.smooth_density;
-                    o.grid.smooth_angular = grid.smooth_angular;
-                    o.grid.initial_depth = grid.initial_depth;
-                  }),
-      option_rule("scarcity", "priors over a ground by views times looks",
-                  [](const O& o, Set s) { return s.ground && std::abs(scarcity_of(o, s) - 1.0) > 0.05; },
-                  [](O& o, Set s) { o = with_smoothness(o, 1.0 / scarcity_of(o, s)); }),
-      option_rule("angular_by_looks", "turning brightness smoothed by 1 / looks",
-                  [](const O&, Set s) { return s.ground && s.ground->looks && *s.ground->looks > 1.5; },
-                  [](O& o, Set s) { o.grid.smooth_angular *= *s.ground->looks; }),
-      option_rule("through_response", "priors x 0.4 through a response",
-                  [](const O&, Set s) { return s.resolution && s.ground && s.deconvolved.empty(); },
-                  [](O& o, Set) { o = with_smoothness(o, 1.0 / 0.4); }),
-      option_rule("relative_loss", "relative error over a ground", over_ground, [](O& o, Set) { o.relative_epsilon = 0.0; }),
-      option_rule("epsilon_by_looks", "epsilon of half the looks (else 1)", speckled,
-                  [](O& o, Set) { o.relative_epsilon = 1.0; }),
-      option_rule("huber", "Huber's bound", over_ground, [](O& o, Set) { o.huber_delta = 0.0; }),
-      option_rule("ground_rays", "rays a voxel apart over a ground", over_ground,
-                  [=](O& o, Set) { o.ray_spacing = plain.ray_spacing; }),
-      option_rule("ground_final_rate", "final rate 0.05 over a ground", over_ground,
-                  [=](O& o, Set) { o.final_rate = plain.final_rate; }),
-      option_rule("ground_source_rate", "rate of brightness 0.03 over a ground", over_ground,
-                  [=](O& o, Set) { o.grid.source_rate = grid.source_rate; }),
-      option_rule("ground_initial_depth", "initial depth 0.1 over a ground", over_ground,
-                  [=](O& o, Set) { o.grid.initial_depth = grid.initial_depth; }),
-      {"returned_share", "brightness rescaled after training", over_ground, [](Method& m) { m.finishes = false; }},
       ground_rule("texture", "texture of the ground", as_measured, [](GroundRule& g) { g.texture_sigmas_cells.clear(); }),
-      ground_rule("view_gains", "gains of views", as_measured, [](GroundRule& g) { g.view_gains = false; }),
       ground_rule("height", "estimated height of the ground", as_measured,
                   [](GroundRule& g) { g.height_significance = std::numeric_limits<double>::infinity(); }),
       ground_rule("carving", "bare ground carves", over_ground, [](GroundRule& g) { g.bare_part = 2.0; }),
       ground_rule("least_seeing", "space few views see is empty", over_ground, [](GroundRule& g) { g.least_seeing_part = 0.0; }),
       ground_rule("object_height", "height of a quarter of the swath", speckled,
                   [](GroundRule& g) { g.object_height_part = 1e9; }),
-      {"registration", "shifts of views", [](const O& o, Set) { return o.n_registrations > 0; },
+      {"registration", "shifts and gains of views", [](const O& o, Set) { return o.n_registrations > 0; },
        [](Method& m) { m.registers = false; }},
+      {"response", "the known response", [](const O&, Set s) { return s.resolution.has_value(); },
+       [](Method& m) { m.knows_response = false; }},
       option_rule("no_ground_found", "thin fog, three levels, late pruning over what is no ground",
                   [](const O&, Set s) { return s.background && !s.ground; },
                   [=](O& o, Set) {
@@ -148,13 +106,11 @@ const std::vector<Rule>& rules() {
                     o.grid.prune_from = grid.prune_from;
                     o.rows_per_step = plain.rows_per_step;
                   }),
-      option_rule("pruning", "voxels are given up", always, [](O& o, Set) { o.grid.n_prunings = 0; }),
-      option_rule("prune_exposure", "unexposed voxels are given up", always, [](O& o, Set) { o.grid.prune_exposure = 0.0; }),
+      option_rule("pruning", "empty voxels are given up", always, [](O& o, Set) { o.grid.n_prunings = 0; }),
       option_rule("levels", "coarse voxels first", always, [](O& o, Set) { o.grid.n_levels = 1; }),
-      option_rule("harmonics", "harmonics of degree 2 (else 1)", always, [](O& o, Set) { o.grid.harmonics_degree = 1; }),
+      option_rule("harmonics", "harmonics of degree 2 (else 1)", [](const O& o, Set) { return o.grid.harmonics_degree > 1; },
+                  [](O& o, Set) { o.grid.harmonics_degree = 1; }),
       option_rule("falling_rates", "falling rates (else to a half)", always, [](O& o, Set) { o.final_rate = 0.5; }),
-      {"response", "the known response", [](const O&, Set s) { return s.resolution.has_value(); },
-       [](Method& m) { m.knows_response = false; }},
   };
   return all;
 }
@@ -229,9 +185,19 @@ TrainerOptions options_of(const TrainingSet& set) {
   return default_options(set, "grid", Schedule::steps, /*surfaces=*/false);
 }
 
+/// The method without the rules of --without, each of them where it acts.
+Method base_of(const Material& m, const AblationOptions& o) {
+  Method base;
+  if (o.base.empty()) return base;
+  const TrainingSet set = set_of(m, {});
+  const TrainerOptions options = options_of(set);
+  for (const Rule* rule : o.base)
+    if (rule->acts(options, set)) rule->leave_out(base);
+  return base;
+}
+
 Cell learn(const Material& m, const Rule* rule, int seed, const AblationOptions& o, const Monitor& monitor) {
-  Method method;
-  for (const Rule* other : o.base) other->leave_out(method);
+  Method method = base_of(m, o);
   if (rule) rule->leave_out(method);
   std::int64_t n_steps = o.n_steps;
   WorkClock clock(0.0, 0.0);
@@ -247,7 +213,6 @@ Cell learn(const Material& m, const Rule* rule, int seed, const AblationOptions&
     monitor.check();
     trainer.step(static_cast<double>(n) / static_cast<double>(n_steps));
   }
-  if (method.finishes) trainer.finish();
   cell.seconds = clock.seconds();
   const double peak = peak_power(m.truth);
   for (const PosedImage& truth : m.truth) {
@@ -405,12 +370,11 @@ void run_ablation(int argc, char** argv, app::Console& console) {
     const TrainingSet set = set_of(m, {});
     m.is_speckled = set.ground && set.ground->speckled;
   }
-  Method base;
-  for (const Rule* rule : o.base) rule->leave_out(base);
   // Seed by seed, so that a study that was interrupted has judged every rule.
   std::vector<Missing> missing;
   for (int seed = 1; seed <= o.n_seeds; ++seed)
     for (const Material& m : materials) {
+      const Method base = base_of(m, o);
       const TrainingSet set = set_of(m, base);
       TrainerOptions options = options_of(set);
       for (const auto& change : base.options) change(options, set);

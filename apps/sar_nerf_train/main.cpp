@@ -30,10 +30,7 @@ void run(const Options& asked, Console& console) {
   Data data = load_data(options, console, monitor);
   times.add("load images", loading.seconds());
   if (options.steps == 0) options.steps = default_steps(data.set);
-  const Stopwatch choosing;
-  const TrainerOptions training =
-      with_chosen_smoothness(options, training_options(options, data.set), data.set, folder, console, monitor);
-  if (options.smoothness.validated) times.add("choose smoothness", choosing.seconds());
+  const TrainerOptions training = training_options(options, data.set);
   if (options.field == "mlp") warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
   const std::string config = config_text(options, training);
   if (options.dry_run) {

@@ -26,7 +26,7 @@ constexpr const char* kDescription =
     "The same\n"
     "command continues after an interruption. Images of amplitude are squared: what is modelled is "
     "power.\n"
-    "The loss is the mean square error of power; over a level ground, the mean of Huber's function of relative errors.";
+    "The loss is the mean square error of power; over a level ground, of relative errors.";
 
 constexpr const char* kExamples =
     "Examples:\n"
@@ -45,19 +45,8 @@ Kind<double> height_above_ground() {
   });
 }
 
-Kind<Smoothness> smoothness_of(const std::string& field) {
-  return made_by("FACTOR|auto|validated", [&field](const std::string& text) -> Smoothness {
-    if (text == "auto") return {};
-    if (field != "grid") throw UsageError("--smoothness is that of the field grid; leave it out");
-    if (text == "validated") return {.validated = true};
-    return {.factor = parse_between("--smoothness", text, 0.0, 1e6)};
-  }, "auto");
-}
-
-void refuse_two_ends(const CommandLine& command, const Options& o) {
+void refuse_two_ends(const CommandLine& command) {
   if (!command.given("--time")) return;
-  if (o.smoothness.validated)
-    throw UsageError("--smoothness validated trains several times, each by steps; give --steps instead of --time");
   if (command.given("--steps")) throw UsageError("--steps and --time both say when training ends; give one of them");
 }
 
@@ -97,10 +86,8 @@ void add_options(CommandLine& command, Options& o) {
               "says");
   command.add("--window", o.resolution, window_of(o.resolution),
               "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
-  command.add("--smoothness", o.smoothness, smoothness_of(o.field),
-              "Factor over the default weights of the smoothness priors; validated: chosen by held-out views, in trainings "
-              "of their own");
-  command.then([&] { refuse_two_ends(command, o); });
+  command.refuse_replaced("--smoothness", "--option smooth_angular=WEIGHT");
+  command.then([&] { refuse_two_ends(command); });
   command.add("--steps", o.steps, whole("N", 1, 1'000'000'000).or_word("auto", 0),
               "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
   command.add("--time", o.time_s, seconds(),
@@ -292,35 +279,6 @@ TrainerOptions training_options(const Options& o, const TrainingSet& set) {
   const TrainerOptions training = options_from_json(json.dump());
   require_possible_voxels(training, set);
   return training;
-}
-
-namespace {
-
-/// Trainings with half as many steps suffice to determine the best smoothness.
-constexpr std::int64_t kShorter = 2;
-
-std::string text_of(const SmoothnessChoice& choice) {
-  std::string text;
-  for (const SmoothnessTrial& trial : choice.trials)
-    text += format("%s%.6g at %.3g", text.empty() ? "" : ", ", trial.loss, trial.factor);
-  return format("smoothness: %.3g times the default for this number of views (loss of held-out views: %s)", choice.factor, text.c_str());
-}
-
-}  // namespace
-
-TrainerOptions with_chosen_smoothness(const Options& o, const TrainerOptions& training, const TrainingSet& set,
-                                      const RunFolder& folder, Console& console, const Monitor& monitor) {
-  if (!o.smoothness.validated) return with_smoothness(training, o.smoothness.factor);
-  std::error_code ignored;
-  if (!o.overwrite && std::filesystem::exists(folder.config(), ignored))
-    if (const auto found = smoothness_in(folder.config())) {
-      TrainerOptions same = training;
-      std::tie(same.grid.smooth_density, same.grid.smooth_source, same.grid.smooth_angular) = *found;
-      return same;
-    }
-  const SmoothnessChoice choice = choose_smoothness(set, training, std::max<std::int64_t>(1, o.steps / kShorter), monitor);
-  console.note(text_of(choice));
-  return with_smoothness(training, choice.factor);
 }
 
 }  // namespace sarnerf::app

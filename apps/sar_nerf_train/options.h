@@ -54,12 +54,6 @@ class RunFolder {
   std::filesystem::path folder_;
 };
 
-/// Weights of the smoothness priors of the field `grid`, relative to the defaults for the images.
-struct Smoothness {
-  double factor = 1.0;
-  bool validated = false;  ///< the factor is chosen by held-out views
-};
-
 /// What the user asked for, checked one by one and against each other, before any file but --config is opened.
 struct Options {
   std::filesystem::path dataset;
@@ -68,7 +62,6 @@ struct Options {
   std::optional<bool> registers;  ///< whether views' shifts and gains are learned; empty: the dataset decides
   SceneHeights heights;          ///< empty: the images decide
   ResolutionChoice resolution;   ///< automatic: that of the dataset
-  Smoothness smoothness;
   std::int64_t steps = 0;        ///< 0: default_steps() for the images
   std::optional<double> time_s;  ///< instead of steps: the schedule follows the clock
   Holdout holdout;
@@ -120,18 +113,8 @@ std::string config_text(const Options& options, const TrainerOptions& training);
 std::string config_difference(const std::filesystem::path& found, const std::string& wanted,
                               bool with_length);
 
-/// smooth_density, smooth_source and smooth_angular of a run's config.toml; nothing if any of them is missing. Throws
-/// InputError for a file that is no configuration.
-std::optional<std::tuple<double, double, double>> smoothness_in(const std::filesystem::path& found);
-
 /// The default training options for the images, changed by --option. Throws UsageError for unknown names (with the closest
 /// known one), for values of another type or outside their limits, and for voxels too small for the scene's box.
 TrainerOptions training_options(const Options& options, const TrainingSet& set);
-
-/// Multiplies the weights smooth_* by the factor of --smoothness, or by the one that validation chooses. A validated
-/// run that continues takes the weights of its config.toml instead. Reports the choice on the console. Throws as
-/// choose_smoothness().
-TrainerOptions with_chosen_smoothness(const Options& options, const TrainerOptions& training, const TrainingSet& set,
-                                      const RunFolder& folder, Console& console, const Monitor& monitor);
 
 }  // namespace sarnerf::app

@@ -142,20 +142,6 @@ std::string config_difference(const std::filesystem::path& found, const std::str
   return text;
 }
 
-std::optional<std::tuple<double, double, double>> smoothness_in(const std::filesystem::path& found) {
-  const auto there = settings(read_whole_file(found), found.string());
-  double weights[3];
-  double* next = weights;
-  for (const char* name : {"option smooth_density", "option smooth_source", "option smooth_angular"}) {
-    const auto match = there.find(name);
-    if (match == there.end()) return {};
-    const Json value = Json::parse(match->second, nullptr, false);
-    if (!value.is_number()) return {};
-    *next++ = value.get<double>();
-  }
-  return std::tuple(weights[0], weights[1], weights[2]);
-}
-
 namespace {
 
 bool is_there(const std::filesystem::path& path) {

@@ -420,7 +420,6 @@ void TrainingRun::train(Console& console, const Monitor& monitor) {
       throw Error("nothing was learned: after " + counted(static_cast<std::uint64_t>(trainer_.steps_done()), "step") +
                   " no voxel is occupied, and an empty field is neither saved nor scored; do the images show anything "
                   "but ground, and of one scene?");
-    trainer_.finish();
     field_size_ = trainer_.field().size_text();
     if (best_.step() != trainer_.steps_done()) best_field_ = best_.field();
     if (best_field_) field_size_ = best_field_->size_text();

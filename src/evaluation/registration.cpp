@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sarnerf/core/image_analysis.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/core/error.h"
@@ -57,11 +58,7 @@ std::array<double, 2> best_offset(const Image<float>& image, const Image<float>&
       if (at(di, dj) > at(i, j) || (di == -reach && dj == -reach)) i = di, j = dj;
     }
   if (std::abs(i) == reach || std::abs(j) == reach) return {0.0, 0.0};
-  const auto top = [](double before, double middle, double after) {
-    const double bend = before - 2.0 * middle + after;
-    return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
-  };
-  return {i + top(at(i - 1, j), at(i, j), at(i + 1, j)), j + top(at(i, j - 1), at(i, j), at(i, j + 1))};
+  return {i + top_of_parabola(at(i - 1, j), at(i, j), at(i + 1, j)), j + top_of_parabola(at(i, j - 1), at(i, j), at(i, j + 1))};
 }
 
 /// Each view's neighbours in azimuth, at its pitch, as indices of images.

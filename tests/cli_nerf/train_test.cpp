@@ -120,27 +120,6 @@ TEST_CASE("an impulse response is told to training and taken from views again") 
   CHECK(impossible.err.find("is ignored") != std::string::npos);
 }
 
-TEST_CASE("smoothness is a factor or chosen by validation and part of the configuration") {
-  const SmallScene scene;
-  const auto weights = [&](const char* run) {
-    const std::string config = read_text(scene / run / "config.toml");
-    const auto at = config.find("smooth_density=");
-    return std::stod(config.substr(at + 15));
-  };
-  REQUIRE(scene.train({"data", "-o", "usual", "--steps", "10"}).code == 0);
-  REQUIRE(scene.train({"data", "-o", "rough", "--steps", "10", "--smoothness", "0.25"}).code == 0);
-  CHECK(weights("rough") == Approx(0.25 * weights("usual")));
-  const Outcome chosen = scene.train({"data", "-o", "chosen", "--steps", "10", "--smoothness", "validated"});
-  INFO(chosen.err);
-  REQUIRE(chosen.code == 0);
-  CHECK(chosen.err.find("loss of held-out views") != std::string::npos);
-  // The same command knows what was chosen.
-  const Outcome again = scene.train({"data", "-o", "chosen", "--steps", "10", "--smoothness", "validated"});
-  CHECK(again.code == 0);
-  CHECK(again.err.find("already done") != std::string::npos);
-  CHECK(again.err.find("loss of held-out views") == std::string::npos);
-}
-
 TEST_CASE("training learns: held-out views come closer than they began") {
   const SmallScene scene(24);
   REQUIRE(scene.train({"data", "--steps", "300", "-o", "run", "--holdout", "4", "-q"}).code == 0);
@@ -192,10 +171,7 @@ TEST_CASE("options of training are checked before anything is written") {
   refused({"--option", "voxel_size_m=1e-5"}, "use larger ones");
   refused({"--max-memory", "1M"}, "--max-memory");
   refused({"--stops", "3"}, "--steps?");
-  refused({"--smoothness", "smooth"}, "--smoothness");
-  refused({"--smoothness", "-1"}, "--smoothness");
-  refused({"--smoothness", "validated", "--time", "5s"}, "--steps instead");
-  refused({"--smoothness", "2", "--field", "mlp"}, "--smoothness");
+  refused({"--smoothness", "validated"}, "--smoothness is of an older version: use --option smooth_angular=");
   refused({"--window", "hann"}, "give its --resolution too");
   refused({"--resolution", "-1"}, "--resolution");
   refused({"--resolution", "0.9", "--window", "tailor"}, "taylor");

@@ -84,3 +84,12 @@ TEST_CASE("multiples of powers of ten written out") {
   CHECK(decimal_text(25, -1) == "2.5");
   CHECK(decimal_text(0, 4) == "0");
 }
+
+TEST_CASE("the top of a parabola through three values") {
+  for (const double top : {-0.4, 0.0, 0.3}) {
+    const auto parabola = [&](double x) { return 2.0 - 3.0 * (x - top) * (x - top); };
+    CHECK(top_of_parabola(parabola(-1.0), parabola(0.0), parabola(1.0)) == Approx(top).margin(1e-12));
+  }
+  CHECK(top_of_parabola(1.0, 1.0, 1.0) == 0.0);
+  CHECK(top_of_parabola(0.0, 1.0, 1.0) == Approx(0.5));
+}

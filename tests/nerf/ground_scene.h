@@ -91,7 +91,7 @@ inline void add_speckle(std::vector<PosedImage>& images, double looks, unsigned 
 
 /// Images of ground_scene() under gamma speckle of `looks` independent looks.
 inline std::vector<PosedImage> speckled_scene(int n_views, double looks) {
-  auto images = ground_scene(n_views, [](int v) { return v % 2 == 0 ? 1.0 : 1.5; });
+  auto images = ground_scene(n_views, [](int) { return 1.0; });
   add_speckle(images, looks);
   return images;
 }

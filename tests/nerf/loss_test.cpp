@@ -64,16 +64,13 @@ torch::Tensor random_pixels(std::size_t n, unsigned seed) {
 
 }  // namespace
 
-TEST_CASE("a pixel's loss is e², Huber's beyond δ; its gradient holds the denominator constant") {
+TEST_CASE("a pixel's loss is e² and its gradient holds the denominator constant") {
   const auto check = [](const PixelLoss& loss, double rendered, double image) {
     const double d = loss.relative ? std::max(0.0, rendered) + loss.scale : loss.scale;
     const double e = (rendered - image) / d;
-    const double expected = loss.huber_delta > 0.0 && std::abs(e) > loss.huber_delta
-                                ? 2.0 * loss.huber_delta * std::abs(e) - loss.huber_delta * loss.huber_delta
-                                : e * e;
-    CHECK(loss.of(rendered, image).value == Approx(expected).epsilon(1e-12));
+    CHECK(loss.of(rendered, image).value == Approx(e * e).epsilon(1e-12));
     // A squared loss of the same denominator is one whose denominator does not move.
-    const PixelLoss held{false, d, loss.huber_delta};
+    const PixelLoss held{false, d};
     const double step = 1e-6 * d;
     const double difference = (held.of(rendered + step, image).value - held.of(rendered - step, image).value) / (2.0 * step);
     CHECK(loss.of(rendered, image).gradient == Approx(difference).epsilon(1e-6).margin(1e-9 / d));
@@ -81,15 +78,10 @@ TEST_CASE("a pixel's loss is e², Huber's beyond δ; its gradient holds the deno
   for (const double scale : {1e-20, 0.7, 1e20}) {
     for (const double rendered : {-0.4, 0.0, 0.3, 5.0})
       for (const double image : {0.0, 0.3, 2.0, 40.0}) {
-        check({false, scale, 0.0}, rendered * scale, image * scale);
-        check({true, scale, 0.0}, rendered * scale, image * scale);
-        check({true, scale, 1.5}, rendered * scale, image * scale);
+        check({false, scale}, rendered * scale, image * scale);
+        check({true, scale}, rendered * scale, image * scale);
       }
   }
-  // Value and gradient go over into one another where |e| = δ.
-  const PixelLoss huber{true, 1.0, 1.5};
-  CHECK(huber.of(0.0, 1.5 * (1.0 - 1e-9)).value == Approx(huber.of(0.0, 1.5 * (1.0 + 1e-9)).value).epsilon(1e-8));
-  CHECK(huber.of(0.0, 1.5 * (1.0 - 1e-9)).gradient == Approx(huber.of(0.0, 1.5 * (1.0 + 1e-9)).gradient).epsilon(1e-8));
 }
 
 TEST_CASE("which loss it is follows from the images") {
@@ -99,7 +91,6 @@ TEST_CASE("which loss it is follows from the images") {
   const PixelLoss relative = pixel_loss(ground, options);
   CHECK(relative.relative);
   CHECK(relative.scale == Approx(options.relative_epsilon * ground.ground->plane->mean_power()));
-  CHECK(relative.huber_delta == options.huber_delta);
   options.relative_epsilon = 0.0;
   CHECK_FALSE(pixel_loss(ground, options).relative);
   CHECK(pixel_loss(dark, default_options(dark, "grid")).scale == Approx(double{dark.peak}));
@@ -107,8 +98,7 @@ TEST_CASE("which loss it is follows from the images") {
   // And it is said.
   CHECK(loss_text(dark, default_options(dark, "grid")) == "mean square error of power over the peak's square (paper, eq. 31)");
   options = default_options(ground, "grid");
-  CHECK(loss_text(ground, options).find("Huber's function (delta 3) of relative errors") != std::string::npos);
-  options.huber_delta = 0.0;
+  CHECK(loss_text(ground, options).find("mean square of relative errors of power, epsilon 1 times the ground's mean") == 0);
   CHECK(loss_text(speckled_ground(kGroundResolution), options).find("mean square of relative errors of power") == 0);
   CHECK(loss_text(speckled_ground(kGroundResolution), options).find("seen through the impulse response") != std::string::npos);
 }
@@ -119,7 +109,7 @@ TEST_CASE("pixels whose rays were not rendered count neither in the value nor in
   RowBatch batch = batch_of(set, rows);
   const torch::Tensor rendered = random_pixels(batch.image.size(), 3);
   batch.counts[5] = batch.counts[20] = 0;
-  DataTerm term(set, {false, 0.25, 0.0});
+  DataTerm term(set, {false, 0.25});
   const DataLoss loss = term.of(batch, rendered);
   double value = 0.0, square_error = 0.0, image_square = 0.0;
   for (std::size_t n = 0; n < batch.image.size(); ++n) {
@@ -143,7 +133,7 @@ TEST_CASE("the gradient through a response agrees with central differences of th
   const std::array<RowReference, 3> rows{{{2, 20}, {2, 22}, {7, 11}}};
   const RowBatch batch = batch_of(set, rows);
   // An ε that dwarfs what is rendered holds the denominator: the value then is the function whose gradient is given.
-  const PixelLoss pixel{true, 1e5, 0.0};
+  const PixelLoss pixel{true, 1e5};
   const torch::Tensor at = random_pixels(batch.image.size(), 9);
   DataTerm term(set, pixel);
   const DataLoss loss = term.of(batch, at);
@@ -208,72 +198,6 @@ TEST_CASE("smoothness is half the sum over pairs of neighbours, and its gradient
   CHECK(torch::equal(of_one[7], gradient[7]));
   of_one[7].zero_();
   CHECK(of_one.abs().max().item<float>() == 0.0f);
-}
-
-TEST_CASE("distortion is the double sum over segments, and its gradient that of its value") {
-  GridField field = small_grid(22);
-  const std::vector<RowRequest> rows{{small_acquisition(0.3), 3}, {small_acquisition(2.1), 5, 0.25, 0.75}};
-  const RaySampling sampling = small_sampling();
-
-  // The double sum, from the segments of the same rays.
-  RowPart part;
-  const std::vector<float> values = field.values();
-  VolumeMarcher marcher(field.view(values), field.channels(), field.occupancy(), sampling.longest_m, sampling.end_depth);
-  double expected = 0.0;
-  for (const RowRequest& request : rows) {
-    part.rows.clear();
-    const RowRays row = rays_of_row(request, field.occupied_box_m(), sampling);
-    part.rows.begin_row(row.grid, request.row, sampling.sub_rows);
-    part.rows.march(marcher, row.grid, row.rays);
-    const SampleBatch& batch = part.rows.batch();
-    const BatchField& at = part.rows.field();
-    const double bin_m = request.acquisition.range_spacing_m;
-    for (std::size_t q = 0; q + 1 < batch.ray_begin.size(); ++q) {
-      const std::uint32_t begin = batch.ray_begin[q], end = batch.ray_begin[q + 1];
-      std::vector<double> w, r, l;
-      double transmittance = 1.0;
-      for (std::uint32_t s = begin; s < end; ++s) {
-        const double stays = std::exp(-2.0 * double{batch.length_m[s]} * double{at.extinction_per_m[s]});
-        l.push_back(double{batch.length_m[s]} / bin_m);
-        r.push_back(at.near_bin[s] + 0.5 * l.back());
-        w.push_back(transmittance * (1.0 - stays));
-        transmittance *= stays;
-      }
-      double of_ray = 0.0;
-      for (std::size_t s = 0; s < w.size(); ++s) {
-        of_ray += w[s] * w[s] * l[s] / 3.0;
-        for (std::size_t t = 0; t < w.size(); ++t) of_ray += w[s] * w[t] * std::abs(r[s] - r[t]);
-      }
-      expected += of_ray * sampling.ray_spacing_m / (bin_m * sampling.sub_rows);
-    }
-  }
-  const RenderedRows rendered = field.render(rows, sampling, true);
-  REQUIRE(expected > 0.0);
-  CHECK(rendered.distortion.item<double>() == Approx(expected).epsilon(1e-5));
-  CHECK_FALSE(field.render(rows, sampling, false).distortion.defined());
-
-  const auto check_gradient = [&](torch::Tensor& parameter, double step, const auto& distortion) {
-    const torch::Tensor direction = parameter.grad() / parameter.grad().norm();
-    const double slope = parameter.grad().norm().item<double>();
-    const torch::NoGradGuard no_grad;
-    parameter.add_(direction, step);
-    const double above = distortion();
-    parameter.sub_(direction, 2.0 * step);
-    const double below = distortion();
-    parameter.add_(direction, step);
-    CHECK((above - below) / (2.0 * step) == Approx(slope).epsilon(1e-2));
-  };
-  RowGradients{torch::zeros_like(rendered.pixels), 1.0}.carry_back(rendered);
-  check_gradient(field.log_depth, 0.02, [&] { return field.render(rows, sampling, true).distortion.item<double>(); });
-  CHECK(field.coefficients.grad().abs().max().item<float>() == 0.0f);
-
-  MlpField network = small_mlp(36);
-  network.use_kernel(MlpKernel::plain);
-  const RenderedRows of_network = network.render(rows, sampling, true);
-  REQUIRE(of_network.distortion.item<double>() > 0.0);
-  RowGradients{torch::zeros_like(of_network.pixels), 1.0}.carry_back(of_network);
-  torch::Tensor parameters = network.network().parameters;
-  check_gradient(parameters, 5e-5, [&] { return network.render(rows, sampling, true).distortion.item<double>(); });
 }
 
 TEST_CASE("a field that is lost is found out over a ground as without one, and a black one is not lost") {

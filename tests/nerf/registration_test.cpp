@@ -41,7 +41,6 @@ std::unique_ptr<Trainer> trained(std::vector<PosedImage> images, bool registers,
   const TrainerOptions options = default_options(set, "grid");
   auto trainer = std::make_unique<Trainer>(std::move(set), options);
   for (int n = 0; n < n_steps; ++n) trainer->step(double(n) / n_steps);
-  trainer->finish();
   return trainer;
 }
 

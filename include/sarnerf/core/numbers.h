@@ -46,6 +46,17 @@ std::ranges::range_value_t<Values> quantile_below(Values&& values, double share)
 
 }  // namespace sarnerf
 
+namespace sarnerf {
+
+/// Position of the top of the parabola through three values at −1, 0 and 1, of which the middle one is the largest: in
+/// [−0.5, 0.5]. 0 where the three are equal.
+inline double top_of_parabola(double before, double middle, double after) {
+  const double bend = before - 2.0 * middle + after;
+  return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
+}
+
+}  // namespace sarnerf
+
 /// Numbers that people read easily.
 namespace sarnerf {
 

@@ -22,19 +22,18 @@ struct GridOptions {
   int n_levels = 2;         ///< voxels begin 2^(n_levels − 1) times as large and are halved on the way
   int level_steps = 25;         ///< fewest steps with voxels of one size before they are halved
   int refine_steps_left = 60;   ///< they are not, unless so many more are to come at the pace of those so far
-  int harmonics_degree = 2;
+  int harmonics_degree = 1;  ///< of the directional brightness, 0 to 2
   double density_rate = 0.3, source_rate = 0.05;  ///< largest learning rates of a and b_lm
   double initial_depth = 0.3;       ///< two-way optical depth of a voxel to begin with
   double initial_brightness = 0.3;  ///< of the scale
   double prune_depth = 0.03;        ///< voxels of less two-way depth are given up
-  double prune_exposure = 1e-4;     ///< those that return less of their brightness, in pixels a view, too
   double prune_from = 0.0;          ///< progress before which nothing is given up
   int n_prunings = 12;              ///< in the course of the training
   /// Share of the brightness that goes with every step, over source_rate; falls by the next. Thin fog that is bright
   /// and opaque matter that is less so may give the same image: what decays has to become opaque to stay.
   double brightness_decay = 0.0;
   double final_brightness_decay = 0.03;  ///< its share at the end
-  double smooth_density = 1e-4, smooth_source = 0.0, smooth_angular = 0.0;  ///< between neighbours
+  double smooth_angular = 0.0;      ///< weight of squared differences of b_lm, l > 0, between neighbouring voxels
 };
 
 /// The field `grid` of SAR-NeRF: optical density and directional brightness on a sparse grid of voxels. LibTorch
@@ -59,8 +58,7 @@ class GridField : public LearnedField {
                   const torch::Tensor& new_log_depth, const torch::Tensor& new_coefficients);
 
   std::string_view kind() const override { return "grid"; }
-  RenderedRows render(std::span<const RowRequest> rows, const RaySampling& sampling, bool with_distortion) const override;
-  using LearnedField::render_rows;
+  torch::Tensor render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const override;
   void render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,
                    std::span<float> pixels) const override;
   std::vector<torch::Tensor> parameters() const override { return {log_depth, coefficients}; }
@@ -74,7 +72,6 @@ class GridField : public LearnedField {
   const FieldChannels& channels() const { return channels_; }
   const Occupancy& occupancy() const { return *occupancy_; }
   double source_scale() const { return source_scale_; }  ///< s
-  void set_source_scale(double scale) { source_scale_ = scale; }
 
   /// Place of each active voxel in arrays over the topology: ascending.
   std::span<const std::uint32_t> active_voxels() const { return active_; }

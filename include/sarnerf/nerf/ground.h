@@ -80,8 +80,6 @@ struct GroundRule {
   double least_part = 0.5;
   /// Largest robust deviation of unspeckled pixels from the plane's image: relief and hedges deviate more. Chosen.
   double most_deviation = 0.2;
-  /// Whether each view has a gain of its own, besides that of its pitch.
-  bool view_gains = true;
   /// Heights are tried so many pixels of slant range apart, and as far to either side. Limit.
   double height_step_pixels = 0.5, height_reach_pixels = 6.0;
   /// Images are blurred by this before heights are compared: half the width of speckle's own correlation. Chosen.
@@ -100,7 +98,6 @@ struct GroundRule {
 /// What the images of a scene show of a level ground around its objects.
 struct GroundEstimate {
   std::shared_ptr<const LevelGround> plane;
-  std::vector<double> gain;                ///< of each view, over that of the plane at its incidence
   std::vector<Image<std::uint8_t>> mask;   ///< of each view: 1 where a pixel shows bare ground
   double deviation = 0.0;                  ///< relative deviation of pixels from the plane's image, robust (1.48 × median)
   std::optional<double> looks;             ///< looks_of() the images

@@ -38,12 +38,6 @@ void write_archive(const std::filesystem::path& path, const Archive& archive);
 /// Throws CheckpointError for a file that is missing, truncated, damaged, or something else.
 Archive read_archive(const std::filesystem::path& path);
 
-/// What a field makes of azimuth rows, differentiable by its parameters.
-struct RenderedRows {
-  torch::Tensor pixels;      ///< β⁰ of the rows one behind the other, [Σ n_range] float32
-  torch::Tensor distortion;  ///< D of their rays (docs/method/equations.md, E8), a double [1]; undefined unless asked for
-};
-
 /// A scene that is learned from images: extinction and directional brightness in space. Its frame is world axes
 /// centred on the aim point.
 class LearnedField {
@@ -53,13 +47,9 @@ class LearnedField {
   /// "grid" or "mlp".
   virtual std::string_view kind() const = 0;
 
-  /// Azimuth rows, differentiable by the parameters. The field must not change before the backward pass.
-  virtual RenderedRows render(std::span<const RowRequest> rows, const RaySampling& sampling, bool with_distortion) const = 0;
-
-  /// Their pixels alone.
-  torch::Tensor render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const {
-    return render(rows, sampling, false).pixels;
-  }
+  /// β⁰ of azimuth rows one behind the other, [Σ n_range] float32, differentiable by the parameters. The field must not change
+  /// before the backward pass.
+  virtual torch::Tensor render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const = 0;
 
   /// The same without derivatives.
   virtual void render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,

@@ -55,8 +55,7 @@ class MlpField : public LearnedField {
            CarvedVoxels voxels);
 
   std::string_view kind() const override { return "mlp"; }
-  RenderedRows render(std::span<const RowRequest> rows, const RaySampling& sampling, bool with_distortion) const override;
-  using LearnedField::render_rows;
+  torch::Tensor render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const override;
   void render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,
                    std::span<float> pixels) const override;
   std::vector<torch::Tensor> parameters() const override { return {network_.parameters}; }

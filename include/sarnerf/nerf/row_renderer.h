@@ -49,19 +49,15 @@ class RowRenderer {
   /// β⁰ of the rows one behind the other: Σ n_range pixels. Throws UsageError where lengths do not fit.
   void forward(std::span<const RowRequest> rows, std::span<float> pixels);
 
-  /// Distortion D of the rays of the last forward() (distortion_of() in field/rows.h; docs/method/equations.md, E8).
-  double distortion();
-
-  /// Writes what ∂L/∂pixel of the rows of the last forward() and ∂L/∂D mean for the values of these voxels, places in the
-  /// topology: [active.size() × channels]. Harmonics only. Always the same voxels with the same memory.
-  void backward(std::span<const float> pixel_gradients, double distortion_gradient, std::span<const std::uint32_t> active,
-                std::span<float> value_gradients);
+  /// From ∂L/∂pixel of the rows of the last forward(), writes ∂L/∂value of these voxels, indices into the topology:
+  /// [active.size() × channels]. Harmonics only. Always the same voxels with the same memory.
+  void backward(std::span<const float> pixel_gradients, std::span<const std::uint32_t> active, std::span<float> value_gradients);
 
   const std::shared_ptr<RowMemory>& memory() const { return memory_; }
 
  private:
   void forward_part(std::span<const RowRequest> rows, std::span<float> pixels, RowPart& part) const;
-  void backward_part(std::span<const float> pixel_gradients, double distortion_gradient, RowPart& part) const;
+  void backward_part(std::span<const float> pixel_gradients, RowPart& part) const;
 
   BrickView<const float> values_;
   FieldChannels channels_;
@@ -110,12 +106,9 @@ class RowSegments {
   void integrate(std::span<const float> extinction_per_m, std::span<const float> brightness,
                  Integrator integrator, std::span<float> pixels);
 
-  /// Distortion D of the rays, for the values of the last integrate().
-  double distortion();
-
-  /// The adjoint of both for these values, from ∂L/∂pixel and ∂L/∂D: writes ∂L/∂κ and ∂L/∂brightness, [n_segments].
-  void adjoint(std::span<const float> pixel_gradients, double distortion_gradient, Integrator integrator,
-               std::span<float> d_extinction, std::span<float> d_brightness);
+  /// The adjoint for these values, from ∂L/∂pixel: writes ∂L/∂κ and ∂L/∂brightness, [n_segments].
+  void adjoint(std::span<const float> pixel_gradients, Integrator integrator, std::span<float> d_extinction,
+               std::span<float> d_brightness);
 
  private:
   void place(std::span<const RowRequest> rows, const OccupancyGrid& cache, RowPart& part) const;

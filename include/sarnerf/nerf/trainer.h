@@ -26,14 +26,9 @@ struct TrainerOptions {
   double longest_segment = 1.0;
   double end_depth = 6.0;      ///< two-way optical depth at which a ray ends: 0.25 % of its power lies behind
   double final_rate = 0.02;    ///< learning rates fall exponentially to this share, less far in under 100 steps
-  double distortion = 1e-3;    ///< weight of the prior for compact matter (docs/method/equations.md, E8); falls by the next
-  double final_distortion = 0.1;  ///< the part of it that is left at the end
   /// Over a level ground, clean or speckled: epsilon of the relative error (μ − I) / (μ + ε), μ in the denominator held
   /// constant (RawNeRF, Mildenhall et al. 2022), in units of the ground's mean power. 0: squares of power, as without a ground.
-  double relative_epsilon = 0.0;
-  /// Relative error beyond which the loss grows linearly (Huber), since a glint in one view says little of the next; 0: nowhere.
-  /// At 3, of the ground's speckle of one look 2 % lie beyond with an ε of 0, and 0.4 % with ½, half a look.
-  double huber_delta = 0.0;
+  double relative_epsilon = 1.0;
   /// How often views' shifts and gains are learned, in the first three fifths of the training; 0 where poses are exact.
   int n_registrations = 0;
   std::uint64_t seed = 1;
@@ -42,7 +37,8 @@ struct TrainerOptions {
 /// What the share of the training that is done is counted in.
 enum class Schedule { steps, clock };
 
-/// The options that suit a set of images: with few views, priors count more. `surfaces`: whether the field `grid` is to
+/// The options that suit a set of images: voxels of two thirds of a range bin, and over a level ground a smoothness prior in inverse
+/// proportion to views times looks. `surfaces`: whether the field `grid` is to
 /// become opaque where there is matter, so that surfaces can be taken from it; unless told otherwise, where enough images
 /// of different incidences without a background tell them.
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
@@ -64,14 +60,14 @@ std::string loss_text(const TrainingSet& set, const TrainerOptions& options);
 
 struct StepReport {
   std::int64_t step = 0;    ///< steps done, this one included
-  double loss = 0.0;        ///< data term: mean of ρ(e) over the batch's pixels (docs/method/equations.md, E8)
+  double loss = 0.0;        ///< data term: mean of e² over the batch's pixels (docs/method/equations.md, E8)
   double priors = 0.0;      ///< sum of the priors, divided by the same number of pixels
   std::string field_size;   ///< LearnedField::size_text()
 };
 
 /// Learns a field from images, step by step, by Adam and the native adjoints. The loss (docs/method/equations.md, E8) is a sum over the
-/// pixels of azimuth rows of many views: of squares of power where images show no ground (printed eq. 31), of Huber's function of
-/// relative errors over a level ground, through the impulse response where that is part of speckled views; plus priors.
+/// pixels of azimuth rows of many views: of squares of errors of power where images show no ground (printed eq. 31), and of relative
+/// errors over a level ground, through the impulse response where that is part of speckled views; plus the smoothness prior.
 /// The same seed and number of threads give the same bits; so does going on from a checkpoint.
 class Trainer {
  public:
@@ -84,10 +80,6 @@ class Trainer {
   /// follow it, and it must not fall. Throws NumericsError when the loss is not finite or the mean square error has become a
   /// thousand times its smallest value and ten times that of black images; the field is then no longer usable.
   StepReport step(double progress);
-
-  /// Ends the training: over a level ground, scales the brightness of the field `grid` by returned_share(). Another
-  /// step() takes the scale away again.
-  void finish();
 
   std::int64_t steps_done() const;
   const LearnedField& field() const;
@@ -105,32 +97,5 @@ class Trainer {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-/// A smoothness that was tried.
-struct SmoothnessTrial {
-  double factor = 1.0;  ///< over the weights smooth_* of the options
-  double loss = 0.0;    ///< of held-out views: the less, the better
-};
-
-struct SmoothnessChoice {
-  double factor = 1.0;
-  std::vector<SmoothnessTrial> trials;  ///< in the order of their factors
-};
-
-/// The options with their weights smooth_* times a factor.
-TrainerOptions with_smoothness(TrainerOptions options, double factor);
-
-/// Chooses the smoothness of the field `grid` by validation: fields are learned in `n_steps` steps from five sixths of the
-/// views, with the weights smooth_* times ⅓, 1 and 3, and on, as long as the outermost is the best, to 1/27 and 27. The sixth
-/// that was held out judges. Where images show a level ground with speckle, by the mean deviance of the gamma likelihood,
-///
-///     (I + f) / (μ + f) − 1 − ln (I + f) / (μ + f),     f = relative_epsilon × the ground's mean power,
-///
-/// whose expectation is least at the mean of I; else by the mean square error over the peak's square. All judge all pixels.
-///
-/// The same choice for the same set, options and number of threads. Cost: three to seven trainings. Throws UsageError for
-/// fewer than 6 views and for another field, Interrupted when the monitor asks for it.
-SmoothnessChoice choose_smoothness(const TrainingSet& set, const TrainerOptions& options, std::int64_t n_steps,
-                                   const Monitor& monitor = {});
 
 }  // namespace sarnerf

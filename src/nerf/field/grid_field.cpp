@@ -212,13 +212,12 @@ std::span<float> numbers(const torch::Tensor& tensor) {
 struct RenderRows : torch::autograd::Function<RenderRows> {
   static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& log_depth,
                                                 const torch::Tensor& coefficients, const c10::intrusive_ptr<Pass>& pass,
-                                                std::span<const RowRequest> rows, bool with_distortion) {
+                                                std::span<const RowRequest> rows) {
     context->saved_data["pass"] = torch::IValue::make_capsule(pass);
     context->save_for_backward({log_depth, coefficients});
     torch::Tensor pixels = torch::empty({static_cast<std::int64_t>(n_pixels(rows))}, torch::kFloat);
     pass->renderer->forward(rows, numbers(pixels));
-    if (!with_distortion) return {pixels};
-    return {pixels, torch::full({1}, pass->renderer->distortion(), torch::kDouble)};
+    return {pixels};
   }
 
   static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
@@ -226,24 +225,21 @@ struct RenderRows : torch::autograd::Function<RenderRows> {
     const auto pass = c10::static_intrusive_pointer_cast<Pass>(context->saved_data["pass"].toCapsule());
     const auto saved = context->get_saved_variables();
     const torch::Tensor d_pixels = gradients[0].contiguous();
-    const double d_distortion = gradients.size() > 1 && gradients[1].defined() ? gradients[1].item<double>() : 0.0;
     const GridField& field = *pass->field;
     std::vector<float>& d_active = pass->memory.d_active;
     d_active.resize(field.n_active() * static_cast<std::size_t>(field.channels().count()));
-    pass->renderer->backward(numbers(d_pixels), d_distortion, field.active_voxels(), d_active);
+    pass->renderer->backward(numbers(d_pixels), field.active_voxels(), d_active);
 
     torch::Tensor d_depth = torch::empty_like(saved[0]), d_coefficients = torch::empty_like(saved[1]);
     field.parameter_gradients(d_active, d_depth.data_ptr<float>(), d_coefficients.data_ptr<float>());
-    return {d_depth, d_coefficients, {}, {}, {}};
+    return {d_depth, d_coefficients, {}, {}};
   }
 };
 
 }  // namespace
 
-RenderedRows GridField::render(std::span<const RowRequest> rows, const RaySampling& sampling, bool with_distortion) const {
-  const auto pass = c10::make_intrusive<Pass>(*this, sampling);
-  const auto rendered = RenderRows::apply(log_depth, coefficients, pass, rows, with_distortion);
-  return {rendered[0], with_distortion ? rendered[1] : torch::Tensor()};
+torch::Tensor GridField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const {
+  return RenderRows::apply(log_depth, coefficients, c10::make_intrusive<Pass>(*this, sampling), rows).front();
 }
 
 void GridField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,

@@ -34,7 +34,6 @@ RowRenderer& RowRenderer::operator=(RowRenderer&&) noexcept = default;
 
 void RowRenderer::forward_part(std::span<const RowRequest> rows, std::span<float> pixels, RowPart& part) const {
   part.rows.clear();
-  part.spread.clear();
   VolumeMarcher marcher(values_, channels_, *occupancy_, sampling_.longest_m, sampling_.end_depth);
   for (const RowRequest& request : rows) {
     const RowRays row = rays_of_row(request, box_m_, sampling_);
@@ -58,27 +57,16 @@ void RowRenderer::forward(std::span<const RowRequest> rows, std::span<float> pix
   });
 }
 
-double RowRenderer::distortion() {
-  double sum = 0.0;
-  std::vector<double> of_part(memory_->parts.size());
-  parallel_for(of_part.size(), 1, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t p = begin; p < end; ++p) of_part[p] = distortion_of(*memory_->parts[p], sampling_);
-  });
-  for (const double d : of_part) sum += d;
-  return sum;
-}
-
-void RowRenderer::backward_part(std::span<const float> pixel_gradients, double distortion_gradient, RowPart& part) const {
+void RowRenderer::backward_part(std::span<const float> pixel_gradients, RowPart& part) const {
   render_part_adjoint(part, channels_.basis, Integrator::exact, sampling_, ground_, pixel_gradients);
-  if (distortion_gradient != 0.0) add_distortion_adjoint(part, sampling_, distortion_gradient);
   sample_field_adjoint({values_.topology, values_.transform, values_.n_channels, part.d_values}, channels_,
                        part.rows.batch().point_m, {part.rows.batch().ray_begin, part.rows.batch().ray_direction},
                        part.rows.field().source,
                        {part.d_extinction, {}, part.d_source});
 }
 
-void RowRenderer::backward(std::span<const float> pixel_gradients, double distortion_gradient,
-                           std::span<const std::uint32_t> active, std::span<float> value_gradients) {
+void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<const std::uint32_t> active,
+                           std::span<float> value_gradients) {
   const auto n_channels = static_cast<std::size_t>(values_.n_channels);
   if (value_gradients.size() != active.size() * n_channels)
     throw UsageError("gradients must be as many as the values of the active voxels");
@@ -93,7 +81,7 @@ void RowRenderer::backward(std::span<const float> pixel_gradients, double distor
       RowPart& part = *parts[p];
       if (part.d_values.size() != values_.values.size()) part.d_values.assign(values_.values.size(), 0.0f);
       const auto mine = pixel_gradients.subspan(first_pixel[p], first_pixel[p + 1] - first_pixel[p]);
-      backward_part(mine, distortion_gradient, part);
+      backward_part(mine, part);
     }
   });
   // Taken and cleared are the active voxels alone: what gathers in the others is never read.

@@ -60,12 +60,6 @@ std::vector<RowSegments::Place> RowSegments::places() const {
   return places;
 }
 
-double RowSegments::distortion() {
-  double sum = 0.0;
-  for (const auto& part : parts_) sum += distortion_of(*part, sampling_);
-  return sum;
-}
-
 void RowSegments::integrate(std::span<const float> extinction_per_m,
                             std::span<const float> brightness, Integrator integrator,
                             std::span<float> pixels) {
@@ -75,18 +69,16 @@ void RowSegments::integrate(std::span<const float> extinction_per_m,
       return all.subspan(first_segment_[p], part.rows.n_segments());
     };
     part.rows.set_field(mine(extinction_per_m), mine(brightness));
-    part.spread.clear();
     render_part(part, SourceBasis::harmonics, integrator, sampling_, ground_.get(), pixels.subspan(first_pixel_[p]));
   });
 }
 
-void RowSegments::adjoint(std::span<const float> pixel_gradients, double distortion_gradient, Integrator integrator,
-                          std::span<float> d_extinction, std::span<float> d_brightness) {
+void RowSegments::adjoint(std::span<const float> pixel_gradients, Integrator integrator, std::span<float> d_extinction,
+                          std::span<float> d_brightness) {
   parallel_for(parts_.size(), 1, [&](std::size_t p, std::size_t, int) {
     RowPart& part = *parts_[p];
     render_part_adjoint(part, SourceBasis::harmonics, integrator, sampling_, ground_.get(),
                         pixel_gradients.subspan(first_pixel_[p]));
-    if (distortion_gradient != 0.0) add_distortion_adjoint(part, sampling_, distortion_gradient);
     std::copy(part.d_extinction.begin(), part.d_extinction.end(),
               d_extinction.begin() + static_cast<std::ptrdiff_t>(first_segment_[p]));
     std::copy(part.d_source.begin(), part.d_source.end(),

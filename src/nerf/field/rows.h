@@ -19,7 +19,6 @@ struct RowPart {
   std::vector<double> of_bin;                 ///< of a row: contributions, or derivatives by them
   std::vector<float> d_extinction, d_source;  ///< gradients of all segments
   std::vector<float> d_values;                ///< of the grid's values, where several threads add to them
-  std::vector<float> spread;                  ///< a ∂D/∂w of each segment, by distortion_of(); empty until then
 };
 
 /// Calls f(part, first row, end row) for the parts of rows that threads take: always the same for the same number of threads,
@@ -41,18 +40,6 @@ void render_part(RowPart& part, SourceBasis basis, Integrator integrator, const 
 /// Its adjoint: from ∂L/∂pixel writes part.d_extinction and part.d_source.
 void render_part_adjoint(RowPart& part, SourceBasis basis, Integrator integrator, const RaySampling& sampling,
                          const LevelGround* ground, std::span<const float> pixel_gradients);
-
-/// The distortion of a part's rays, a prior for compact matter (docs/method/equations.md, E8), from the extinction at their segments:
-///
-///     D = Σ_rays a [Σ_s Σ_t w_s w_t |r_s − r_t| + ⅓ Σ_s w_s² ℓ_s],      w_s = T_s (1 − e^{−x_s})
-///
-/// w_s is the fraction of a ray's power that segment s can return at most, r_s its range and ℓ_s its length in bins, and a the
-/// part of a pixel that the ray stands for. For a given Σ w, D is least where all power comes from one range. From Barron et al.,
-/// Mip-NeRF 360 (2022), eq. 15, with ranges in bins instead of normalised distances. Cost: linear in the segments.
-double distortion_of(RowPart& part, const RaySampling& sampling);
-
-/// Its adjoint: adds gradient × ∂D/∂κ of the segments to part.d_extinction.
-void add_distortion_adjoint(RowPart& part, const RaySampling& sampling, double gradient);
 
 /// Rays through a box end where they meet the ground.
 inline void end_at(const LevelGround& ground, Box& box_m) {

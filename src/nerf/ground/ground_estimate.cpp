@@ -172,12 +172,6 @@ double noise_of(const Agreement& agreement, std::size_t n_views, double cell_m, 
   return agreement.variance / std::sqrt(pairs * n_independent);
 }
 
-/// Where the parabola through three values, the middle one the largest, has its top, in steps from the middle.
-double top_of_parabola(double before, double middle, double after) {
-  const double bend = before - 2.0 * middle + after;
-  return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
-}
-
 /// The height at which masked views agree best, if they do so significantly, and below the box's top.
 std::optional<double> agreed_height_m(Views images, std::span<const Mask> masks, const Box& box_m, const GroundRule& rule) {
   const Acquisition& first = images.front().acquisition;
@@ -333,36 +327,32 @@ Image<float> smoothed_texture(Views images, const LevelGround& ground, std::span
 
 namespace {
 
-/// Splits each view's gain: the mean of its pitch goes to the plane, and the rest stays with the view.
-void split_gains(Views images, std::span<double> gain, bool view_gains, LevelGround& plane, std::vector<double>& of_view) {
+/// Replaces the views' gains by their pitch's mean, which becomes the plane's.
+void take_means_of_pitches(Views images, std::span<double> gain, LevelGround& plane) {
   std::vector<double> incidence_rad;
   for (const PosedImage& image : images) incidence_rad.push_back(image.acquisition.incidence_rad);
   plane.incidence_rad.clear();
   plane.gain.clear();
-  of_view.assign(images.size(), 1.0);
   for (const std::vector<std::size_t>& pitch : indices_by_pitch(incidence_rad)) {
-    double sum = 0.0, angle = 0.0;
+    const auto n = static_cast<double>(pitch.size());
+    double mean = 0.0, angle = 0.0;
     for (const std::size_t v : pitch) {
-      sum += gain[v];
-      angle += incidence_rad[v];
+      mean += gain[v] / n;
+      angle += incidence_rad[v] / n;
     }
-    const double n = static_cast<double>(pitch.size()), mean = sum / n;
-    plane.incidence_rad.push_back(angle / n);
+    plane.incidence_rad.push_back(angle);
     plane.gain.push_back(mean);
-    for (const std::size_t v : pitch) {
-      if (!view_gains) gain[v] = mean;
-      of_view[v] = mean > 0.0 ? gain[v] / mean : 1.0;
-    }
+    for (const std::size_t v : pitch) gain[v] = mean;
   }
 }
 
 /// Robust relative deviation of pixels from the plane's image.
-double relative_deviation(Views images, const LevelGround& plane, std::span<const double> gain) {
+double relative_deviation(Views images, const LevelGround& plane) {
   std::vector<std::vector<float>> of_view(images.size());
   for_each_view(images, [&](std::size_t v) {
     const Image<float> expected = ground_image(plane, images[v].acquisition);
     for (std::size_t n = 0; n < expected.pixels().size(); ++n) {
-      const double e = gain[v] * double{expected.pixels()[n]};
+      const double e = double{expected.pixels()[n]};
       if (e > 0.0) of_view[v].push_back(static_cast<float>(std::abs(double{images[v].power.pixels()[n]} / e - 1.0)));
     }
   });
@@ -391,22 +381,21 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
   });
   if (!height_m && estimate.speckled) height_m = agreed_height_m(images, estimate.mask, box_m, rule);
   LevelGround plane = uniform_ground(images, box_m, height_m.value_or(box_m.min.y));
-  split_gains(images, gain, rule.view_gains, plane, estimate.gain);
+  take_means_of_pitches(images, gain, plane);
   for (int round = 0;; ++round) {
     for_each_view(images, [&](std::size_t v) {
       const Acquisition& a = images[v].acquisition;
-      Image<float> expected = ground_image(plane, a);
-      for (float& e : expected.pixels()) e = static_cast<float>(double{e} * estimate.gain[v]);
+      const Image<float> expected = ground_image(plane, a);
       estimate.mask[v] = ground_mask(images[v].power, expected, rule);
-      // Other pixels than the ground's are other parts of each view: they must not count as its gain.
+      // Pixels that do not show the ground are not the same in all views, and must not count.
       const double seen = masked_sum(images[v].power, estimate.mask[v]), without = masked_sum(expected, estimate.mask[v]);
-      gain[v] = plane.gain_at(a.incidence_rad) * estimate.gain[v] * (seen > 0.0 && without > 0.0 ? seen / without : 1.0);
+      gain[v] = plane.gain_at(a.incidence_rad) * (seen > 0.0 && without > 0.0 ? seen / without : 1.0);
     });
     if (round == rule.n_rounds) break;
-    split_gains(images, gain, rule.view_gains, plane, estimate.gain);
+    take_means_of_pitches(images, gain, plane);
     plane.texture = smoothed_texture(images, plane, gain, estimate.mask, rule);
   }
-  estimate.deviation = relative_deviation(images, plane, estimate.gain);
+  estimate.deviation = relative_deviation(images, plane);
   if (estimate.part_of_pixels() < rule.least_part) return {};
   if (!estimate.speckled && !(estimate.deviation < rule.most_deviation)) return {};
   estimate.plane = std::make_shared<const LevelGround>(std::move(plane));

@@ -144,14 +144,13 @@ std::span<float> numbers(const torch::Tensor& tensor) {
 struct IntegrateRows : torch::autograd::Function<IntegrateRows> {
   static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context,
                                                 const torch::Tensor& extinction_per_m, const torch::Tensor& brightness,
-                                                const c10::intrusive_ptr<Pass>& pass, bool with_distortion) {
+                                                const c10::intrusive_ptr<Pass>& pass) {
     context->saved_data["pass"] = torch::IValue::make_capsule(pass);
     torch::Tensor pixels =
         torch::empty({static_cast<std::int64_t>(pass->segments.n_pixels())}, torch::kFloat);
     pass->segments.integrate(numbers(extinction_per_m.contiguous()),
                              numbers(brightness.contiguous()), pass->integrator, numbers(pixels));
-    if (!with_distortion) return {pixels};
-    return {pixels, torch::full({1}, pass->segments.distortion(), torch::kDouble)};
+    return {pixels};
   }
 
   static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
@@ -161,22 +160,18 @@ struct IntegrateRows : torch::autograd::Function<IntegrateRows> {
     const auto n = static_cast<std::int64_t>(pass->segments.n_segments());
     torch::Tensor d_extinction = torch::empty({n}, torch::kFloat),
                   d_brightness = torch::empty_like(d_extinction);
-    const double d_distortion = gradients.size() > 1 && gradients[1].defined() ? gradients[1].item<double>() : 0.0;
-    pass->segments.adjoint(numbers(gradients[0].contiguous()), d_distortion, pass->integrator, numbers(d_extinction),
-                           numbers(d_brightness));
-    return {d_extinction, d_brightness, {}, {}};
+    pass->segments.adjoint(numbers(gradients[0].contiguous()), pass->integrator, numbers(d_extinction), numbers(d_brightness));
+    return {d_extinction, d_brightness, {}};
   }
 };
 
 }  // namespace
 
-RenderedRows MlpField::render(std::span<const RowRequest> rows, const RaySampling& sampling, bool with_distortion) const {
+torch::Tensor MlpField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const {
   const auto pass = c10::make_intrusive<Pass>(rows, sampling, *this);
   const RowSegments& s = pass->segments;
   const Values values = evaluate(s.point_m(), s.ray_direction(), s.ray_begin());
-  const auto rendered = IntegrateRows::apply(values.extinction_per_m.to(torch::kFloat),
-                                             values.brightness.to(torch::kFloat), pass, with_distortion);
-  return {rendered[0], with_distortion ? rendered[1] : torch::Tensor()};
+  return IntegrateRows::apply(values.extinction_per_m.to(torch::kFloat), values.brightness.to(torch::kFloat), pass).front();
 }
 
 void MlpField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,

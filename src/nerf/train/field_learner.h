@@ -17,18 +17,16 @@ class FieldLearner {
 
   virtual const LearnedField& field() const = 0;
 
-  /// Refines and prunes as `progress` asks for. True when the space that holds matter has changed.
-  virtual bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) = 0;
+  /// Refines and prunes as `progress` asks for. `epoch_steps`: steps in which each row is learned from once. True when the occupied
+  /// space has changed.
+  virtual bool adapt(double progress, std::int64_t epoch_steps) = 0;
 
-  /// One step of the optimiser: carries the gradients of rows that field() rendered back to its parameters, adds the field's own
-  /// priors, and moves the parameters at `rate`, a fraction of the largest learning rates. Returns the sum of these priors.
-  virtual double minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) = 0;
+  /// One step of the optimiser: carries ∂L/∂pixel of rows that field() rendered back to its parameters, adds the field's priors, and
+  /// moves the parameters at `rate`, a fraction of the largest learning rates. Returns the sum of the priors.
+  virtual double minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) = 0;
 
   /// Another texture of the ground that the field's rays end on.
   virtual void set_ground(std::shared_ptr<const LevelGround> ground) = 0;
-
-  /// What is done once, after the last step.
-  virtual void finish(const TrainingSet&) {}
 
   /// Field, optimiser and progress, for a checkpoint and back.
   virtual Archive state() const = 0;

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <numeric>
 
+#include <torch/csrc/autograd/autograd.h>
+
 #include "files/archives.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/image_analysis.h"
@@ -34,15 +36,6 @@ std::vector<RowReference> rows_that_see(const TrainingSet& set, const Box& box_m
   return rows;
 }
 
-RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_wanted) {
-  const std::vector<RowReference> all = rows_that_see(set, box_m);
-  const std::size_t stride = std::max<std::size_t>(1, all.size() / n_wanted);
-  RowsOfPass pass;
-  for (std::size_t n = 0; n < all.size(); n += stride) pass.rows.push_back(all[n]);
-  if (!all.empty()) pass.share = static_cast<double>(pass.rows.size()) / static_cast<double>(all.size());
-  return pass;
-}
-
 GridField initial_grid_field(const TrainingSet& set, const GridOptions& options, const Monitor& monitor) {
   const GridTransform transform =
       grid_transform(set, options.voxel_size_m * std::exp2(options.n_levels - 1));
@@ -56,60 +49,6 @@ GridField initial_grid_field(const TrainingSet& set, const GridOptions& options,
   const torch::Tensor log_depth = torch::full({n}, std::log(options.initial_depth));
   field.set_voxels(std::move(carved.topology), carved.active, log_depth, coefficients);
   return field;
-}
-
-namespace {
-
-/// Extinction (1/m) and the isotropic coefficient of brightness 1: [n_voxels × 2].
-std::vector<float> grey_values(const GridField& field) {
-  constexpr float kOne = 3.5449077f;  // √(4π)
-  std::vector<float> values(2 * field.n_voxels(), 0.0f);
-  const float* a = field.log_depth.data_ptr<float>();
-  const auto density = static_cast<float>(0.5 / field.transform().voxel_size_m);
-  for (std::size_t n = 0; n < field.n_active(); ++n) {
-    float* const value = &values[2 * std::size_t{field.active_voxels()[n]}];
-    value[0] = density * std::exp(a[n]);
-    value[1] = kOne;
-  }
-  return values;
-}
-
-}  // namespace
-
-std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSet& set,
-                                        const RowsOfPass& pass, const RaySampling& sampling,
-                                        const GridOptions& options) {
-  const std::span<const RowReference> rows = pass.rows;
-  // Derivatives of the sum of all pixels by the isotropic coefficients are what voxels return of their brightness,
-  // whatever that is: a field of the same extinction and equally bright everywhere does.
-  const FieldChannels grey{false, 0, SourceBasis::harmonics};
-  const std::vector<float> values = grey_values(field);
-  const BrickView<const float> view{&field.topology(), field.transform(), grey.count(), values};
-  RowRenderer renderer(view, grey, field.occupancy(), sampling);
-  const auto n_channels = static_cast<std::size_t>(grey.count());
-  const auto isotropic = static_cast<std::size_t>(grey.first_source());
-  std::vector<float> exposure(field.n_active() * n_channels), pixels, ones;
-  std::vector<double> returned(field.n_active(), 0.0);
-  constexpr std::size_t kRows = 256;
-  for (std::size_t first = 0; first < rows.size(); first += kRows) {
-    std::vector<RowRequest> some;
-    std::size_t n_pixels = 0;
-    for (const RowReference& r : rows.subspan(first, std::min(kRows, rows.size() - first))) {
-      some.push_back({set.images[r.view].acquisition, static_cast<int>(r.row)});
-      n_pixels += static_cast<std::size_t>(some.back().acquisition.n_range);
-    }
-    pixels.resize(n_pixels);
-    ones.assign(n_pixels, 1.0f);
-    renderer.forward(some, pixels);
-    renderer.backward(ones, 0.0, field.active_voxels(), exposure);
-    for (std::size_t n = 0; n < returned.size(); ++n) returned[n] += double{exposure[n * n_channels + isotropic]};
-  }
-  const float* a = field.log_depth.data_ptr<float>();
-  const auto least = static_cast<float>(std::log(options.prune_depth));
-  const double least_returned = options.prune_exposure * pass.share * static_cast<double>(set.images.size());
-  std::vector<std::uint8_t> keep(field.n_active());
-  for (std::size_t n = 0; n < keep.size(); ++n) keep[n] = a[n] >= least && returned[n] > least_returned ? 1 : 0;
-  return keep;
 }
 
 namespace {
@@ -175,82 +114,82 @@ double Neighbourhood::smoothness(const float* parameters, std::span<const float>
 
 namespace {
 
-constexpr double kLeast = 0.5, kMost = 2.0;
+constexpr float kBeta1 = 0.9f, kBeta2 = 0.99f, kEpsilon = 1e-15f;
 
-/// Multiples of the ground's brightness between which a pixel's weight rises from 0 to 1.
-constexpr float kBrightFrom = 2.0f, kBright = 4.0f;
-constexpr double kBlur_pixels = 1.0;
+/// Parameters of one kind and what belongs to them, `n` for each voxel.
+struct Parameters {
+  float* value;
+  const float* gradient;
+  float* mean;
+  float* square;
+  std::size_t n;
+  float rate;  ///< over the mean's bias correction
+  float decay;
 
-/// Of relative amplitude residuals: their floor over the ground's brightness, their blur, and the bounds beyond which the field
-/// has missed a scatterer rather than its brightness.
-constexpr double kFloor = 0.2, kResidualBlur_pixels = 0.7;
-constexpr float kLeastResidual = -1.0f, kMostResidual = 3.0f;
-
-/// Excess variance from which single glints make up the targets' power. Simulated targets have 0.003 to 0.03, four measured
-/// ones 0.16 to 0.27, which one factor for all directions makes 1 dB worse (docs/method/learning.md).
-constexpr double kGlints = 0.1;
-
-/// Weights of pixels that are brighter than the ground.
-Image<float> bright_target_weight(const Image<float>& power, double ground_power) {
-  Image<float> weight = gaussian_blur(power, kBlur_pixels);
-  for (float& w : weight.pixels())
-    w = std::clamp((w / static_cast<float>(ground_power) - kBrightFrom) / (kBright - kBrightFrom), 0.0f, 1.0f);
-  return weight;
-}
-
-/// √((I + f) / (μ + f)) − 1, blurred.
-Image<float> amplitude_residual(const Image<float>& image, const Image<float>& predicted, float floor) {
-  Image<float> residual(image.n_azimuth(), image.n_range());
-  for (std::size_t n = 0; n < residual.pixels().size(); ++n) {
-    const float ratio = (image.pixels()[n] + floor) / (std::max(predicted.pixels()[n], 0.0f) + floor);
-    residual.pixels()[n] = std::clamp(std::sqrt(ratio) - 1.0f, kLeastResidual, kMostResidual);
-  }
-  return gaussian_blur(residual, kResidualBlur_pixels);
-}
-
-/// Weighted sums of residuals.
-struct Moments {
-  double weight = 0.0, sum = 0.0, squares = 0.0;
-
-  void add(double w, double r) {
-    weight += w;
-    sum += w * r;
-    squares += w * r * r;
-  }
-  double mean() const { return weight > 0.0 ? sum / weight : 0.0; }
-  double variance_about(double centre) const {
-    return weight > 0.0 ? (squares - 2.0 * centre * sum) / weight + centre * centre : 0.0;
+  void move(std::size_t voxel, float share, float square_correction) const {
+    for (std::size_t k = voxel * n; k < (voxel + 1) * n; ++k) {
+      mean[k] = kBeta1 * mean[k] + (1.0f - kBeta1) * gradient[k];
+      square[k] = kBeta2 * square[k] + (1.0f - kBeta2) * gradient[k] * gradient[k];
+      value[k] -= share * (decay * value[k] + rate * mean[k] / (std::sqrt(square[k] * square_correction) + kEpsilon));
+    }
   }
 };
 
 }  // namespace
 
-double returned_share(GridField& field, const TrainingSet& set) {
-  if (!set.ground) return 1.0;
-  const double ground_power = set.ground->plane->mean_power(), scale = field.source_scale();
-  const auto floor = static_cast<float>(kFloor * ground_power);
-  double missing = 0.0, returned = 0.0;
-  Moments of_targets, of_ground;
-  for (const PosedImage& image : set.images) {
-    const Image<float> whole = render_view(field, image.acquisition);
-    field.set_source_scale(0.0);
-    const Image<float> ground = render_view(field, image.acquisition);
-    field.set_source_scale(scale);
-    const Image<float> weight = bright_target_weight(whole, ground_power);
-    const Image<float> residual = amplitude_residual(image.power, whole, floor);
-    for (std::size_t n = 0; n < weight.pixels().size(); ++n) {
-      const double w = double{weight.pixels()[n]}, predicted = double{whole.pixels()[n]};
-      missing += w * (double{image.power.pixels()[n]} - predicted);
-      returned += w * (predicted - double{ground.pixels()[n]});
-      of_targets.add(w, double{residual.pixels()[n]});
-      of_ground.add(1.0 - w, double{residual.pixels()[n]});
+VoxelAdam::VoxelAdam(const GridField& field)
+    : mean_density_(torch::zeros_like(field.log_depth.detach())),
+      square_density_(torch::zeros_like(mean_density_)),
+      mean_source_(torch::zeros_like(field.coefficients.detach())),
+      square_source_(torch::zeros_like(mean_source_)) {}
+
+void VoxelAdam::step(GridField& field, std::span<const float> share, const Rates& rates) {
+  ++steps_;
+  const auto t = static_cast<double>(steps_);
+  const double mean_correction = 1.0 / (1.0 - std::pow(double{kBeta1}, t));
+  const auto square_correction = static_cast<float>(1.0 / (1.0 - std::pow(double{kBeta2}, t)));
+  const auto of = [&](torch::Tensor& value, torch::Tensor& mean, torch::Tensor& square, double rate, double decay) {
+    return Parameters{value.data_ptr<float>(), value.grad().data_ptr<float>(), mean.data_ptr<float>(),
+                      square.data_ptr<float>(),
+                      value.dim() == 1 ? std::size_t{1} : static_cast<std::size_t>(value.size(1)),
+                      static_cast<float>(rate * mean_correction),
+                      static_cast<float>(decay)};
+  };
+  const Parameters density = of(field.log_depth, mean_density_, square_density_, rates.density, 0.0);
+  const Parameters source = of(field.coefficients, mean_source_, square_source_, rates.source, rates.source_decay);
+  parallel_for(share.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      if (share[n] == 0.0f) continue;
+      density.move(n, share[n], square_correction);
+      source.move(n, share[n], square_correction);
     }
-  }
-  // Under speckle the mean amplitude is below that of steady power: the ground says by how much.
-  const double centre = of_ground.mean();
-  const double excess_variance = of_targets.variance_about(centre) - of_ground.variance_about(centre);
-  if (!(returned > 0.0) || excess_variance >= kGlints) return 1.0;
-  return std::clamp(1.0 + missing / returned, kLeast, kMost);
+  });
+}
+
+void VoxelAdam::keep(const torch::Tensor& places) {
+  for (torch::Tensor* t : {&mean_density_, &square_density_, &mean_source_, &square_source_})
+    *t = t->index_select(0, places);
+}
+
+void VoxelAdam::save(Archive& archive) const {
+  archive.tensors["adam_mean_density"] = mean_density_.clone();
+  archive.tensors["adam_square_density"] = square_density_.clone();
+  archive.tensors["adam_mean_source"] = mean_source_.clone();
+  archive.tensors["adam_square_source"] = square_source_.clone();
+}
+
+void VoxelAdam::restore(const Archive& archive, std::int64_t steps, const std::string& where) {
+  steps_ = steps;
+  const auto take = [&](const char* name, torch::Tensor& to) {
+    const torch::Tensor t = archive.tensor(name, torch::kFloat, static_cast<int>(to.dim()), where).clone();
+    if (t.sizes() != to.sizes())
+      throw CheckpointError(where + ": the field and its optimiser do not belong together; the file is damaged");
+    to = t;
+  };
+  take("adam_mean_density", mean_density_);
+  take("adam_square_density", square_density_);
+  take("adam_mean_source", mean_source_);
+  take("adam_square_source", square_source_);
 }
 
 namespace {
@@ -258,32 +197,29 @@ namespace {
 /// Share of the training after which all halvings are done, the first ones sooner.
 constexpr double kRefinedBy = 0.25;
 
-/// Rows that a pass looks at for voxels to give up, or up to twice as many: enough to meet each voxel from many sides.
-constexpr std::size_t kRowsOfPass = 1000;
-
-/// How often as many rows must have been learned from before the next pass: it takes half as long as learning from them
-/// once, and shows little where little has been learned.
-constexpr double kRowsLearned = 3.0;
+/// Voxels are given up no sooner than all rows were learned from since the last change, or those of so many steps: they have met
+/// each voxel from many sides.
+constexpr std::int64_t kStepsToPrune = 20;
 
 /// Largest two-way depth of a voxel: more only slows down the way back.
 constexpr double kMostDepth = 40.0;
 
 }  // namespace
 
-GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step, const Monitor& monitor)
-    : options_(options), rows_per_step_(rows_per_step), field_(initial_grid_field(set, options, monitor)),
-      source_scale_(field_.source_scale()), adam_(field_) {
-}
+GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, const Monitor& monitor)
+    : options_(options), field_(initial_grid_field(set, options, monitor)),
+      adam_(field_) {}
 
-bool GridLearner::adapt(double progress, const TrainingSet& set, const RaySampling& sampling) {
+bool GridLearner::adapt(double progress, std::int64_t epoch_steps) {
   progress_ = progress;
   if (steps_at_level_ == 0) level_progress_ = progress;
   const bool refines = refinement_is_due(progress);
   if (refines) refine(progress);
-  const bool prunes = pruning_is_due(progress, set);
+  const bool prunes = pruning_is_due(progress, epoch_steps);
   if (prunes) {
     n_prunings_ = prunings_by(progress);
-    give_up_voxels(set, sampling);
+    steps_since_change_ = 0;
+    give_up_empty_voxels();
   }
   return refines || prunes;
 }
@@ -308,43 +244,33 @@ void GridLearner::refine(double progress) {
 
 void GridLearner::forget_layout() {
   neighbours_.reset();
-  pass_.reset();
-}
-
-const RowsOfPass& GridLearner::pass(const TrainingSet& set) {
-  if (!pass_) pass_ = rows_of_pass(set, field_.occupied_box_m(), kRowsOfPass);
-  return *pass_;
 }
 
 int GridLearner::prunings_by(double progress) const {
   return static_cast<int>(progress * (options_.n_prunings + 1));
 }
 
-bool GridLearner::pruning_is_due(double progress, const TrainingSet& set) {
-  if (progress < options_.prune_from || prunings_by(progress) <= n_prunings_) return false;
-  const auto n_learned = static_cast<double>(steps_since_change_) * rows_per_step_;
-  return n_learned >= kRowsLearned * static_cast<double>(pass(set).rows.size());
+bool GridLearner::pruning_is_due(double progress, std::int64_t epoch_steps) const {
+  return progress >= options_.prune_from && prunings_by(progress) > n_prunings_ &&
+         steps_since_change_ >= std::min(epoch_steps, kStepsToPrune);
 }
 
-void GridLearner::give_up_voxels(const TrainingSet& set, const RaySampling& sampling) {
-  steps_since_change_ = 0;
-  const torch::Tensor kept = prune(field_, worth_keeping(field_, set, pass(set), sampling, options_));
-  adam_.keep(kept);
+void GridLearner::give_up_empty_voxels() {
+  const float* a = field_.log_depth.data_ptr<float>();
+  const auto least = static_cast<float>(std::log(options_.prune_depth));
+  std::vector<std::uint8_t> keep(field_.n_active());
+  for (std::size_t n = 0; n < keep.size(); ++n) keep[n] = a[n] >= least ? 1 : 0;
+  adam_.keep(prune(field_, keep));
   forget_layout();
 }
 
 double GridLearner::add_smoothness(std::span<const float> shares) {
-  if (options_.smooth_density == 0.0 && options_.smooth_source == 0.0 && options_.smooth_angular == 0.0) return 0.0;
+  if (options_.smooth_angular == 0.0) return 0.0;
   if (!neighbours_) neighbours_.emplace(field_);
-  const auto add = [&](torch::Tensor& parameter, std::span<const float> weights) {
-    return neighbours_->smoothness(parameter.data_ptr<float>(), weights, shares, parameter.mutable_grad().data_ptr<float>());
-  };
-  const auto density = static_cast<float>(options_.smooth_density);
-  const double of_density = add(field_.log_depth, {&density, 1});
-  std::vector<float> source(static_cast<std::size_t>(field_.channels().n_source()),
-                            static_cast<float>(options_.smooth_angular));
-  source[0] = static_cast<float>(options_.smooth_source);
-  return of_density + add(field_.coefficients, source);
+  std::vector<float> weights(static_cast<std::size_t>(field_.channels().n_source()), static_cast<float>(options_.smooth_angular));
+  weights[0] = 0.0f;
+  return neighbours_->smoothness(field_.coefficients.data_ptr<float>(), weights, shares,
+                                 field_.coefficients.mutable_grad().data_ptr<float>());
 }
 
 std::vector<float> GridLearner::shares() const {
@@ -357,10 +283,9 @@ std::vector<float> GridLearner::shares() const {
   return shares;
 }
 
-double GridLearner::minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) {
-  field_.set_source_scale(source_scale_);
+double GridLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) {
   for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
-  gradients.carry_back(rows);
+  torch::autograd::backward({pixels}, {gradient});
   const std::vector<float> shares = this->shares();
   const double priors = add_smoothness(shares);
   const torch::NoGradGuard no_grad;
@@ -371,11 +296,6 @@ double GridLearner::minimise(const RenderedRows& rows, const RowGradients& gradi
   ++steps_at_level_;
   ++steps_since_change_;
   return priors;
-}
-
-void GridLearner::finish(const TrainingSet& set) {
-  field_.set_source_scale(source_scale_);
-  field_.set_source_scale(source_scale_ * returned_share(field_, set));
 }
 
 Archive GridLearner::state() const {

@@ -19,22 +19,8 @@ namespace sarnerf {
 /// The rows whose strip meets the box: others are 0 whatever is learned.
 std::vector<RowReference> rows_that_see(const TrainingSet& set, const Box& box_m);
 
-/// Some rows that stand for all of those that meet a box.
-struct RowsOfPass {
-  std::vector<RowReference> rows;
-  double share = 1.0;  ///< of all
-};
-
-/// Between `n_wanted` and twice as many, evenly spread over the views and over each image; all, where there are fewer.
-RowsOfPass rows_of_pass(const TrainingSet& set, const Box& box_m, std::size_t n_wanted);
-
 /// Fog wherever carving leaves room for matter, of the brightness that the images have.
 GridField initial_grid_field(const TrainingSet& set, const GridOptions& options, const Monitor& monitor = {});
-
-/// 1 for each active voxel to keep: its two-way depth is at least prune_depth, and what the rows return of its brightness
-/// exceeds prune_exposure pixels a view. Voxels below the first are empty, those below the second hidden.
-std::vector<std::uint8_t> worth_keeping(const GridField& field, const TrainingSet& set, const RowsOfPass& pass,
-                                        const RaySampling& sampling, const GridOptions& options);
 
 /// The neighbours of active voxels along the axes.
 class Neighbourhood {
@@ -81,18 +67,15 @@ class VoxelAdam {
   torch::Tensor mean_source_, square_source_;    ///< [n_active, n_harmonics]
 };
 
-/// Learns a GridField: halves its voxels and gives up those that are not needed as training goes on, once enough steps
-/// have shown which.
+/// Learns a GridField: halves its voxels and gives up empty ones in the course of the training.
 class GridLearner : public FieldLearner {
  public:
-  /// `rows_per_step`: how many rows each call of minimise() learns from.
-  GridLearner(const TrainingSet& set, const GridOptions& options, int rows_per_step, const Monitor& monitor = {});
+  GridLearner(const TrainingSet& set, const GridOptions& options, const Monitor& monitor = {});
 
   const LearnedField& field() const override { return field_; }
-  bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
-  double minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) override;
+  bool adapt(double progress, std::int64_t epoch_steps) override;
+  double minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) override;
   void set_ground(std::shared_ptr<const LevelGround> ground) override { field_.ground = std::move(ground); }
-  void finish(const TrainingSet& set) override;
   Archive state() const override;
   void restore(const Archive& archive, const std::string& where) override;
 
@@ -100,10 +83,9 @@ class GridLearner : public FieldLearner {
   bool refinement_is_due(double progress) const;
   void refine(double progress);
   int prunings_by(double progress) const;
-  bool pruning_is_due(double progress, const TrainingSet& set);
-  void give_up_voxels(const TrainingSet& set, const RaySampling& sampling);
-  /// Of the present voxels.
-  const RowsOfPass& pass(const TrainingSet& set);
+  bool pruning_is_due(double progress, std::int64_t epoch_steps) const;
+  /// Those of less two-way depth than prune_depth.
+  void give_up_empty_voxels();
   /// What was derived from which voxels there are.
   void forget_layout();
   /// Adds the gradients of the smoothness priors, and returns their sum.
@@ -112,37 +94,15 @@ class GridLearner : public FieldLearner {
   std::vector<float> shares() const;
 
   GridOptions options_;
-  int rows_per_step_;
   GridField field_;
-  double source_scale_;  ///< while learning
   VoxelAdam adam_;
   std::optional<Neighbourhood> neighbours_;  ///< of the present voxels, once it was asked for
-  std::optional<RowsOfPass> pass_;           ///< likewise
   double progress_ = 0.0;               ///< that adapt() was told last
   int level_ = 0;                       ///< halvings so far
   double level_progress_ = 0.0;         ///< of the first step since the last one
   std::int64_t steps_at_level_ = 0;     ///< since then
   std::int64_t steps_since_change_ = 0;  ///< since the last halving or pruning
-  int n_prunings_ = 0;                  ///< so far; those that came too soon count, too
+  int n_prunings_ = 0;                   ///< so far, those included that came too soon
 };
-
-/// Ratio of the power in the images to the power that the field returns, over pixels brighter than the ground:
-///
-///     1 + Σ w (I − μ) / Σ w (μ − G)
-///
-/// over all pixels of all training views; I the image, μ the field's, G what the ground alone contributes to μ, and w a weight
-/// that rises from 0 where μ (blurred by a pixel) is twice the ground's brightness to 1 where it is four times.
-///
-/// The relative loss, errors over μ, weighs a pixel less once the field has followed its speckle upwards, so that a field that
-/// follows some of the speckle returns too little power: 5 to 20 % under one look. One factor for the brightness of all voxels
-/// takes this bias out of the sum. It changes the scale, and no shape. Not in the paper.
-///
-/// 1 where images have no level ground or no pixel is that bright; at least a half and at most 2. 1, too, where targets glint,
-/// as measured ones do: single glints in few directions make up most of their power, and one factor for all directions would
-/// brighten the rest. Targets glint where the variance of √(I/μ) over pixels of weight w exceeds that over the ground, which is
-/// the speckle's, by 0.1 or more.
-///
-/// `field` is unchanged afterwards. Cost: two rendered images a view.
-double returned_share(GridField& field, const TrainingSet& set);
 
 }  // namespace sarnerf

@@ -4,23 +4,21 @@
 #include <cmath>
 #include <map>
 
-#include <torch/csrc/autograd/autograd.h>
-
 #include "files/archives.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 
 namespace sarnerf {
 
 PixelLoss::Term PixelLoss::of(double rendered, double image) const {
-  const double d = relative ? std::max(0.0, rendered) + scale : scale, error = (rendered - image) / d;
-  const double bounded = huber_delta > 0.0 ? std::clamp(error, -huber_delta, huber_delta) : error;
-  return {bounded * (2.0 * error - bounded), 2.0 * bounded / d};
+  const double d = denominator(rendered), error = (rendered - image) / d;
+  return {error * error, 2.0 * error / d};
 }
 
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options) {
-  if (!set.ground || !(options.relative_epsilon > 0.0)) return {false, double{set.peak}, 0.0};
-  return {true, options.relative_epsilon * set.ground->plane->mean_power(), options.huber_delta};
+  if (!set.ground || !(options.relative_epsilon > 0.0)) return {false, double{set.peak}};
+  return {true, options.relative_epsilon * set.ground->plane->mean_power()};
 }
 
 namespace {
@@ -34,10 +32,7 @@ std::string loss_text(const TrainingSet& set, const TrainerOptions& options) {
   const PixelLoss pixel = pixel_loss(set, options);
   const std::string through = is_through_response(set) ? ", seen through the impulse response" : "";
   if (!pixel.relative) return "mean square error of power over the peak's square (paper, eq. 31)" + through;
-  const std::string errors =
-      pixel.huber_delta > 0.0 ? format("mean of Huber's function (delta %.3g) of relative errors", pixel.huber_delta)
-                              : "mean square of relative errors";
-  return errors + format(" of power, epsilon %.3g times the ground's mean", options.relative_epsilon) + through;
+  return format("mean square of relative errors of power, epsilon %.3g times the ground's mean", options.relative_epsilon) + through;
 }
 
 namespace {
@@ -64,8 +59,10 @@ DataTerm::DataTerm(const TrainingSet& set, const PixelLoss& pixel) : pixel_(pixe
     const ResponseMatrix& m = *matrices[v];
     View view{m.azimuth.narrow(1, m.border.azimuth, image.power.n_azimuth()),
               m.range.narrow(0, m.border.range, image.power.n_range()), tensor_of(image.power),
-              tensor_of(ground_image(*set.ground->plane, image.acquisition))};
-    view.level = view.rendered.mean().item<float>();
+              tensor_of(ground_image(*set.ground->plane, image.acquisition)), {}};
+    // Beyond the borders lies the ground's mean.
+    const float level = view.rendered.mean().item<float>();
+    view.seen = view.azimuth.matmul(view.rendered - level).matmul(view.range) + level;
     views_.push_back(std::move(view));
   }
 }
@@ -91,67 +88,113 @@ DataLoss DataTerm::of_rows(const RowBatch& batch, const float* rendered) const {
   return loss;
 }
 
+namespace {
+
+/// The rows of one view in a batch.
+struct RowsOfView {
+  std::vector<std::int64_t> rows;
+  std::vector<std::size_t> first_pixel;  ///< of each, in the batch
+  torch::Tensor azimuth;                 ///< their rows of A, [n_rows, n_azimuth]
+  torch::Tensor gradient;                ///< 2 e / d of the whole view
+  DataLoss loss;
+};
+
+}  // namespace
+
 DataLoss DataTerm::through_response(const RowBatch& batch, const float* rendered) {
-  std::map<std::uint32_t, torch::Tensor> back_along_range;  // ρ'(e) / d, seen along range, of the views that have rows
+  std::map<std::uint32_t, RowsOfView> of_view;
   std::size_t first = 0;
   for (const RowReference& r : batch.rows) {
-    torch::Tensor& view = views_[r.view].rendered;
-    float* const row = view.data_ptr<float>() + static_cast<std::int64_t>(r.row) * view.size(1);
-    for (std::int64_t j = 0; j < view.size(1); ++j, ++first)
-      if (batch.counts[first] != 0) row[j] = rendered[first];
-    back_along_range[r.view];
+    RowsOfView& part = of_view[r.view];
+    part.rows.push_back(r.row);
+    part.first_pixel.push_back(first);
+    first += static_cast<std::size_t>(views_[r.view].rendered.size(1));
   }
+  // B f changes by B of what the rows change by: products of a few rows instead of whole images.
+  for (auto& [v, part] : of_view) {
+    View& view = views_[v];
+    const std::int64_t n_range = view.rendered.size(1);
+    part.azimuth = view.azimuth.index_select(0, torch::tensor(part.rows));
+    torch::Tensor change = torch::zeros({static_cast<std::int64_t>(part.rows.size()), n_range});
+    for (std::size_t n = 0; n < part.rows.size(); ++n) {
+      float* const row = view.rendered.data_ptr<float>() + part.rows[n] * n_range;
+      float* const by = change.data_ptr<float>() + static_cast<std::int64_t>(n) * n_range;
+      for (std::int64_t j = 0; j < n_range; ++j) {
+        const std::size_t pixel = part.first_pixel[n] + static_cast<std::size_t>(j);
+        if (batch.counts[pixel] == 0) continue;
+        by[j] = rendered[pixel] - row[j];
+        row[j] = rendered[pixel];
+      }
+    }
+    view.seen.addmm_(part.azimuth.t(), change.matmul(view.range));
+    part.gradient = torch::empty_like(view.seen);
+  }
+  std::vector<std::pair<const View*, RowsOfView*>> list;
+  for (auto& [v, part] : of_view) list.emplace_back(&views_[v], &part);
+  parallel_for(list.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const auto& [view, part] = list[n];
+      const float* const mu = view->seen.data_ptr<float>();
+      const float* const image = view->image.data_ptr<float>();
+      float* const gradient = part->gradient.data_ptr<float>();
+      for (std::int64_t p = 0; p < view->seen.numel(); ++p) gradient[p] = add_pixel(part->loss, pixel_, mu[p], image[p]);
+    }
+  });
   DataLoss loss;
-  for (auto& [v, back] : back_along_range) {
-    const View& view = views_[v];
-    torch::Tensor mean = (view.azimuth.matmul(view.rendered - view.level).matmul(view.range) + view.level).contiguous();
-    float* const mu = mean.data_ptr<float>();
-    const float* const image = view.image.data_ptr<float>();
-    for (std::int64_t n = 0; n < mean.numel(); ++n)
-      mu[n] = add_pixel(loss, pixel_, mu[n], image[n]);
-    back = mean.matmul(view.range);
-  }
   loss.gradient = torch::zeros({static_cast<std::int64_t>(batch.counts.size())}, torch::kFloat);
   float* const gradient = loss.gradient.data_ptr<float>();
-  first = 0;
-  for (const RowReference& r : batch.rows) {
-    const torch::Tensor row = views_[r.view].azimuth[r.row].matmul(back_along_range[r.view]).contiguous();
-    for (std::int64_t j = 0; j < row.numel(); ++j, ++first)
-      if (batch.counts[first] != 0) gradient[first] = row.data_ptr<float>()[j];
+  for (const auto& [view, part] : list) {
+    loss.value += part->loss.value;
+    loss.square_error += part->loss.square_error;
+    loss.image_square += part->loss.image_square;
+    loss.n_pixels += part->loss.n_pixels;
+    const torch::Tensor back = part->azimuth.matmul(part->gradient).matmul(view->range).contiguous();
+    const std::int64_t n_range = view->rendered.size(1);
+    for (std::size_t n = 0; n < part->rows.size(); ++n) {
+      const float* const row = back.data_ptr<float>() + static_cast<std::int64_t>(n) * n_range;
+      for (std::int64_t j = 0; j < n_range; ++j) {
+        const std::size_t pixel = part->first_pixel[n] + static_cast<std::size_t>(j);
+        if (batch.counts[pixel] != 0) gradient[pixel] = row[j];
+      }
+    }
   }
   return loss;
 }
 
 namespace {
 
-constexpr const char* kName = "rendered_rows";
+constexpr const char *kRendered = "rendered_rows", *kSeen = "seen_rows";
 
 }  // namespace
 
 void DataTerm::save(Archive& archive) const {
   if (views_.empty()) return;
   // Views may differ in size: their pixels stand one behind the other.
-  std::vector<torch::Tensor> flat;
-  for (const View& view : views_) flat.push_back(view.rendered.flatten());
-  archive.tensors[kName] = torch::cat(flat);
+  std::vector<torch::Tensor> rendered, seen;
+  for (const View& view : views_) {
+    rendered.push_back(view.rendered.flatten());
+    seen.push_back(view.seen.flatten());
+  }
+  archive.tensors[kRendered] = torch::cat(rendered);
+  archive.tensors[kSeen] = torch::cat(seen);
 }
 
 void DataTerm::restore(const Archive& archive, const std::string& where) {
   if (views_.empty()) return;
-  const torch::Tensor flat = archive.tensor(kName, torch::kFloat, 1, where);
+  const torch::Tensor rendered = archive.tensor(kRendered, torch::kFloat, 1, where);
+  const torch::Tensor seen = archive.tensor(kSeen, torch::kFloat, 1, where);
+  std::int64_t n_pixels = 0;
+  for (const View& view : views_) n_pixels += view.rendered.numel();
+  if (rendered.numel() != n_pixels || seen.numel() != n_pixels)
+    throw CheckpointError(where + ": the rendered rows are those of other images");
   std::int64_t first = 0;
   for (View& view : views_) {
     const std::int64_t n = view.rendered.numel();
-    if (first + n > flat.numel()) throw CheckpointError(where + ": the rendered rows are those of other images");
-    view.rendered = flat.narrow(0, first, n).view(view.rendered.sizes()).clone();
+    const auto take = [&](const torch::Tensor& flat) { return flat.narrow(0, first, n).view(view.rendered.sizes()).clone(); };
+    view.seen = take(seen);
+    view.rendered = take(rendered);
     first += n;
   }
-  if (first != flat.numel()) throw CheckpointError(where + ": the rendered rows are those of other images");
-}
-
-void RowGradients::carry_back(const RenderedRows& rows) const {
-  if (!(distortion > 0.0)) return torch::autograd::backward({rows.pixels}, {pixels});
-  torch::autograd::backward({rows.pixels, rows.distortion}, {pixels, torch::full({1}, distortion, torch::kDouble)});
 }
 
 namespace {

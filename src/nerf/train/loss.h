@@ -16,25 +16,26 @@
 
 // What learning minimises (docs/method/equations.md, E8), each term with its value and its gradient:
 //
-//     L = Σ_pixels ρ(e) + Σ_priors weight × P,        e = (μ − I) / d
+//     L = Σ_pixels e² + λ P,        e = (μ − I) / d
 //
-// μ is the power that the field renders, I the image. The data term is here. The priors are the distortion of rays
-// (field/rows.h) and the differences of neighbouring voxels (train/grid_learner.h).
+// μ is the power that the field renders, I the image. The data term is here, the prior in
+// train/grid_learner.h.
 
 namespace sarnerf {
 
-/// ρ(e) of one pixel: e² up to |e| = δ, and 2 δ |e| − δ² beyond (Huber 1964).
+/// The square of one pixel's error e = (μ − I) / d:
 ///
 ///     squared:   d = scale                      printed eq. 31, in units of `scale`
 ///     relative:  d = max(0, sg(μ)) + scale      RawNeRF (Mildenhall et al. 2022); sg(μ) is μ held constant
 struct PixelLoss {
   bool relative = false;
-  double scale = 1.0;        ///< a power: the unit of squared errors, ε of relative ones
-  double huber_delta = 0.0;  ///< δ; 0: e² everywhere
+  double scale = 1.0;  ///< a power: the unit of squared errors, ε of relative ones
+
+  double denominator(double rendered) const { return relative ? std::max(0.0, rendered) + scale : scale; }
 
   struct Term {
-    double value;     ///< ρ
-    double gradient;  ///< ∂ρ/∂μ with d held constant
+    double value;     ///< e²
+    double gradient;  ///< ∂e²/∂μ with d held constant
   };
   Term of(double rendered, double image) const;
 };
@@ -52,22 +53,13 @@ struct RowBatch {
 
 /// The data term of a batch: a value and its gradient.
 struct DataLoss {
-  double value = 0.0;           ///< Σ ρ over n_pixels pixels
+  double value = 0.0;           ///< Σ e² over n_pixels pixels
   std::size_t n_pixels = 0;
   torch::Tensor gradient;       ///< ∂value/∂(rendered pixel) of the batch, [n]; 0 for pixels that do not count
-  double square_error = 0.0;    ///< Σ (μ − I)² over the same pixels, whatever ρ is
+  double square_error = 0.0;    ///< Σ (μ − I)² over the same pixels, whatever d is
   double image_square = 0.0;    ///< Σ I²: the square error of a black image
 
   double per_pixel(double sum) const { return sum / static_cast<double>(std::max<std::size_t>(1, n_pixels)); }
-};
-
-/// ∂L/∂ of rendered rows.
-struct RowGradients {
-  torch::Tensor pixels;     ///< [n_pixels]
-  double distortion = 0.0;  ///< 0: the rows were rendered without it
-
-  /// The backward pass: adds to the gradients of the field's parameters.
-  void carry_back(const RenderedRows& rows) const;
 };
 
 /// The data term, of single rows or through an impulse response.
@@ -76,10 +68,11 @@ struct RowGradients {
 /// the model, μ = B f with f what the field renders, and the value is that of all pixels of the views that have rows in the
 /// batch:
 ///
-///     value = Σ ρ((B f − I) / d),      ∂ value / ∂ f = Bᵀ [ρ'(e) / d]
+///     value = Σ [(B f − I) / d]²,      ∂ value / ∂ f = Bᵀ [2 e / d]
 ///
 /// Rows of f are rendered a few at a time. Other rows of a view keep their values from the step that rendered them last; until then
-/// they show the bare ground. Cost through a response: a product of matrices of the image's size for each axis and view.
+/// they show the bare ground. Cost through a response: the batch's rows times a matrix of the image's size for each axis, and
+/// the pixels of all their views.
 class DataTerm {
  public:
   /// Through the set's impulse response where the images are not deconvolved. `set` is not kept. Throws UsageError where a
@@ -94,15 +87,15 @@ class DataTerm {
   /// `rendered`: pixels of the batch's rows as the field has them, [n] float32.
   DataLoss of(const RowBatch& batch, const torch::Tensor& rendered);
 
-  /// Rows that were rendered last, under "rendered_rows", where there is a response; and back. Throws CheckpointError.
+  /// Rows that were rendered last, under "rendered_rows" and "seen_rows", where there is a response; and back. Throws CheckpointError.
   void save(Archive& archive) const;
   void restore(const Archive& archive, const std::string& where);
 
  private:
   struct View {
     torch::Tensor azimuth, range;  ///< A [n_azimuth, n_azimuth] and R [n_range, n_range], symmetric: B f = A f R
-    torch::Tensor image, rendered;
-    float level = 0.0f;  ///< what lies beyond the borders: the ground's mean
+    torch::Tensor image, rendered;  ///< I and f
+    torch::Tensor seen;             ///< B f, kept up to date as rows of f change
   };
   DataLoss of_rows(const RowBatch& batch, const float* rendered) const;
   DataLoss through_response(const RowBatch& batch, const float* rendered);

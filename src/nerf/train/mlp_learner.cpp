@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include <torch/csrc/autograd/autograd.h>
 #include <torch/optim/adam.h>
 
 #include "files/archives.h"
@@ -17,8 +18,8 @@ class MlpLearner : public FieldLearner {
   MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor);
 
   const LearnedField& field() const override { return field_; }
-  bool adapt(double progress, const TrainingSet& set, const RaySampling& sampling) override;
-  double minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) override;
+  bool adapt(double progress, std::int64_t epoch_steps) override;
+  double minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) override;
   void set_ground(std::shared_ptr<const LevelGround> ground) override { field_.ground = std::move(ground); }
   Archive state() const override;
   void restore(const Archive& archive, const std::string& where) override;
@@ -49,7 +50,7 @@ torch::optim::AdamParamState* MlpLearner::moments() const {
   return static_cast<torch::optim::AdamParamState*>(adam_->state().begin()->second.get());
 }
 
-bool MlpLearner::adapt(double, const TrainingSet&, const RaySampling&) {
+bool MlpLearner::adapt(double, std::int64_t) {
   if (steps_since_refresh_ < options_.refresh_steps) return false;
   steps_since_refresh_ = 0;
   const Box before = field_.occupied_box_m();
@@ -63,7 +64,7 @@ bool MlpLearner::adapt(double, const TrainingSet&, const RaySampling&) {
   return before.min != after.min || before.max != after.max;
 }
 
-double MlpLearner::minimise(const RenderedRows& rows, const RowGradients& gradients, double rate) {
+double MlpLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) {
   // Adam's first steps move all weights by the whole rate, whatever their gradients: enough to push a ReLU's density
   // below 0 everywhere, where it stays.
   const auto* const state = moments();
@@ -72,7 +73,7 @@ double MlpLearner::minimise(const RenderedRows& rows, const RowGradients& gradie
   static_cast<torch::optim::AdamOptions&>(adam_->param_groups()[0].options())
       .lr(warm * rate * options_.rate);
   adam_->zero_grad();
-  gradients.carry_back(rows);
+  torch::autograd::backward({pixels}, {gradient});
   adam_->step();
   ++steps_since_refresh_;
   return 0.0;

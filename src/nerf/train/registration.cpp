@@ -23,21 +23,19 @@ glm::dvec3 gauss_newton_step(const Image<float>& image, const Image<float>& rend
                              const glm::dvec2& shift_pixels) {
   glm::dmat3 squares(0.0);
   glm::dvec3 products(0.0);
-  double errors = 0.0, weights = 0.0;
+  double errors = 0.0, n_pixels = 0.0;
   for (int i = 1; i + 1 < image.n_azimuth(); ++i)
     for (int j = 1; j + 1 < image.n_range(); ++j) {
       const double mu = std::max(0.0, double{rendered(i, j)});
-      const double d = pixel.relative ? mu + pixel.scale : pixel.scale;
-      const double e = (mu - double{image(i, j)}) / d;
-      const double w = pixel.huber_delta > 0.0 ? std::min(1.0, pixel.huber_delta / std::max(std::abs(e), 1e-12)) : 1.0;
+      const double d = pixel.denominator(mu), e = (mu - double{image(i, j)}) / d;
       const glm::dvec3 g = glm::dvec3(0.5 * (double{rendered(i + 1, j)} - double{rendered(i - 1, j)}),
                                       0.5 * (double{rendered(i, j + 1)} - double{rendered(i, j - 1)}), mu) / d;
-      squares += w * glm::outerProduct(g, g);
-      products += w * e * g;
-      errors += w * e * e;
-      weights += 1.0;
+      squares += glm::outerProduct(g, g);
+      products += e * g;
+      errors += e * e;
+      n_pixels += 1.0;
     }
-  const double variance = errors / std::max(1.0, weights);
+  const double variance = errors / std::max(1.0, n_pixels);
   if (!(variance > 0.0)) return glm::dvec3(0.0);
   // Relative to the noise: the prior is of two shifts, a gain has none.
   squares /= variance;

@@ -14,9 +14,9 @@ namespace sarnerf {
 /// Learns a shift and a log gain of every view together with the field (bundle adjustment; Lin et al. 2021 do it for cameras):
 /// between steps of the field, now and then, one Gauss–Newton step of each view's azimuth shift α, range shift ρ and log gain γ,
 ///
-///     least  Σ_pixels w [e + (α ∂μ/∂a + ρ ∂μ/∂r + γ μ) / d]² / σ²  +  (α₀ + α)² / τ² + (ρ₀ + ρ)² / τ²
+///     least  Σ_pixels [e + (α ∂μ/∂a + ρ ∂μ/∂r + γ μ) / d]² / σ²  +  (α₀ + α)² / τ² + (ρ₀ + ρ)² / τ²
 ///
-/// with μ the rendered view, e and d the pixel loss's error and its denominator, w Huber's weight, σ² the mean of w e², α₀ and ρ₀ the
+/// with μ the rendered view, e and d the pixel loss's error and its denominator, σ² the mean of e², α₀ and ρ₀ the
 /// shifts so far and τ a Gaussian prior's standard deviation (kCut_pixels). Derivatives along the axes are central differences of the
 /// rendered view: a shifted image plane samples the same continuous image elsewhere. The measured pixels are never interpolated, which
 /// would smooth their speckle and lower the loss by itself; images are divided by their gains.

@@ -35,6 +35,10 @@ class RowQueue {
   void keep_rows_that_see(const TrainingSet& set, const LearnedField& field);
 
   bool empty() const { return rows_.empty(); }
+  /// Steps of so many rows in which each row comes once.
+  std::int64_t epoch_steps(int rows_per_step) const {
+    return (static_cast<std::int64_t>(rows_.size()) + rows_per_step - 1) / rows_per_step;
+  }
   Draw next();
 
   /// Order, place and random state under "rows" and in the text.
@@ -104,7 +108,7 @@ void RowQueue::restore(const Archive& archive, const std::string& where) {
 
 std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options, const Monitor& monitor) {
   if (options.field == "grid")
-    return std::make_unique<GridLearner>(set, options.grid, options.rows_per_step, monitor);
+    return std::make_unique<GridLearner>(set, options.grid, monitor);
   if (options.field == "mlp") return make_mlp_learner(set, options.mlp, options.seed, monitor);
   throw UsageError("there is no field '" + options.field + "'; there are: grid, mlp");
 }
@@ -136,9 +140,7 @@ struct Trainer::State {
   void views_have_changed() {
     data_term.set_images(set);
     if (registration.is_complete() && set.ground) {
-      GroundRule rule = set.ground_rule;
-      rule.view_gains = false;  // the registration has them
-      if (auto ground = estimate_ground(set.training_images(), set.box_m, set.ground->plane->height_m, rule)) {
+      if (auto ground = estimate_ground(set.training_images(), set.box_m, set.ground->plane->height_m, set.ground_rule)) {
         set.ground = std::move(ground);
         learner->set_ground(set.ground->plane);
       }
@@ -160,10 +162,6 @@ struct Trainer::State {
   double rate(double progress) const {
     const double all_steps = progress > 0.0 ? static_cast<double>(steps) / progress : kStepsToFall;
     return std::pow(options.final_rate, progress * std::min(1.0, all_steps / kStepsToFall));
-  }
-
-  double distortion_weight(double progress) const {
-    return options.distortion * std::pow(options.final_distortion, progress);
   }
 
   RaySampling sampling() const {
@@ -217,27 +215,23 @@ Trainer::~Trainer() = default;
 
 StepReport Trainer::step(double progress) {
   State& s = *state_;
-  if (s.learner->adapt(progress, s.set, s.sampling())) s.field_has_changed(false);
+  if (s.learner->adapt(progress, s.queue.epoch_steps(s.options.rows_per_step))) s.field_has_changed(false);
   if (s.registration.is_due(progress)) {
     s.registration.pass(s.set, s.learner->field(), s.data_term.pixel());
     s.views_have_changed();
   }
   StepReport report{s.steps + 1, 0.0, 0.0, s.learner->field().size_text()};
   if (const RowBatch batch = s.next_batch(); !batch.rows.empty()) {
-    const double weight = s.distortion_weight(progress);
-    const RenderedRows rows = s.learner->field().render(batch.requests, s.sampling(), weight > 0.0);
-    const DataLoss data = s.data_term.of(batch, rows.pixels);
+    const torch::Tensor pixels = s.learner->field().render_rows(batch.requests, s.sampling());
+    const DataLoss data = s.data_term.of(batch, pixels);
     s.guard.check(data, report.step);
-    const double distortion = weight > 0.0 ? weight * rows.distortion.item<double>() : 0.0;
-    const double of_field = s.learner->minimise(rows, {data.gradient, weight}, s.rate(progress));
+    const double priors = s.learner->minimise(pixels, data.gradient, s.rate(progress));
     report.loss = data.per_pixel(data.value);
-    report.priors = data.per_pixel(distortion + of_field);
+    report.priors = data.per_pixel(priors);
   }
   ++s.steps;
   return report;
 }
-
-void Trainer::finish() { state_->learner->finish(state_->set); }
 
 std::int64_t Trainer::steps_done() const { return state_->steps; }
 const LearnedField& Trainer::field() const { return state_->learner->field(); }

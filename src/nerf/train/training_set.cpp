@@ -72,11 +72,6 @@ bool are_uniform(const std::vector<PosedImage>& images) {
   return n > images.size();
 }
 
-void divide(std::vector<PosedImage>& images, const std::vector<double>& gains) {
-  for (std::size_t v = 0; v < images.size(); ++v)
-    for (float& p : images[v].power.pixels()) p = static_cast<float>(double{p} / gains[v]);
-}
-
 /// What the images show of the ground: its height is `height_m` (relative to the aim point), or estimated.
 std::optional<GroundEstimate> ground_of(const std::vector<PosedImage>& images, const Box& box_m, std::optional<double> height_m,
                                         const GroundRule& rule) {
@@ -124,8 +119,6 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
       const double above_m = heights.above_ground_m.value_or(ground_rule.object_height_part * level_width_m(set.images));
       set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + above_m);
     }
-    divide(set.images, set.ground->gain);
-    divide(set.deconvolved, set.ground->gain);
   } else if (!set.resolution && has_background(set.images) && is_mostly_tails(set.images, set.peak)) {
     set.deconvolved = without_tails(set.images, set.peak);
     set.tails_are_dark = true;
