@@ -62,16 +62,16 @@ measured() {
       pi = atan2(0, -1); f = a * pi / 180; p = (90 - d) * pi / 180; sign = (a / 10) % 2 ? -1 : 1
       along = s * (0.5 * cos(3 * f + 1) + 0.7 * sign * cos(5 * f)); range = s * (0.5 * sin(3 * f) + 0.7 * sign * cos(5 * f + 2))
       printf "%.9f,%.9f,%.9f", -along * cos(f) - range * sin(p) * sin(f), 1.2 - range * cos(p), along * sin(f) - range * sin(p) * cos(f) }')
-    "$programs/sar_render/sar_render" "$scene" --materials "$folder/materials.json" --ground meadow --depression "$depression" \
-      --size 112x128 --spacing 0.2 --resolution 0.3 --window taylor:-35 --looks 1 --seed $((1 + $1)) --azimuth "$1" --aim "$aim" \
-      -o "$folder/one" --overwrite -q > /dev/null
+    # shellcheck disable=SC2086
+    "$programs/sar_render/sar_render" "$scene" $common --looks 1 --seed $((1 + $1)) --azimuth "$1" --aim "$aim" \
+      -o "$folder/one" --overwrite > /dev/null
   }
   common="--materials $folder/materials.json --ground meadow --depression $depression --size 112x128 --spacing 0.2 --resolution 0.3
-    --window taylor:-35 --aim 0,1.2,0 -q"
+    --window taylor:-35 -q"
   # shellcheck disable=SC2086
   {
-    "$programs/sar_render/sar_render" "$scene" $common --azimuth $many --looks 1 -o "$folder/data/$name" > /dev/null
-    "$programs/sar_render/sar_render" "$scene" $common --azimuth $unseen -o "$folder/data/$name.truth" > /dev/null
+    "$programs/sar_render/sar_render" "$scene" $common --aim 0,1.2,0 --azimuth $many --looks 1 -o "$folder/data/$name" > /dev/null
+    "$programs/sar_render/sar_render" "$scene" $common --aim 0,1.2,0 --azimuth $unseen -o "$folder/data/$name.truth" > /dev/null
   }
   for view in $(seq 0 35); do
     one $((10 * view))

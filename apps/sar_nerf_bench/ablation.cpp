@@ -185,21 +185,33 @@ TrainerOptions options_of(const TrainingSet& set) {
   return default_options(set, "grid", Schedule::steps, /*surfaces=*/false);
 }
 
-/// The method without the rules of --without, each of them where it acts.
-Method base_of(const Material& m, const AblationOptions& o) {
-  Method base;
-  if (o.base.empty()) return base;
-  const TrainingSet set = set_of(m, {});
-  const TrainerOptions options = options_of(set);
-  for (const Rule* rule : o.base)
-    if (rule->acts(options, set)) rule->leave_out(base);
+/// What is ablated on a data set: the method without the rules of --without, each of them where it acts.
+struct Ablated {
+  Method method;
+  std::vector<const Rule*> acting;  ///< the rules of --rules that act in it
+};
+
+/// Also finds out whether the set's ground is speckled.
+Ablated ablated(Material& m, const AblationOptions& o) {
+  Ablated base;
+  TrainingSet set = set_of(m, base.method);
+  m.is_speckled = set.ground && set.ground->speckled;
+  TrainerOptions options = options_of(set);
+  if (!o.base.empty()) {
+    for (const Rule* rule : o.base)
+      if (rule->acts(options, set)) rule->leave_out(base.method);
+    set = set_of(m, base.method);
+    options = options_of(set);
+    for (const auto& change : base.method.options) change(options, set);
+  }
+  const auto chosen = [&](const std::string& name) { return o.only.empty() || std::ranges::find(o.only, name) != o.only.end(); };
+  for (const Rule& rule : rules())
+    if (chosen(rule.name) && std::ranges::find(o.base, &rule) == o.base.end() && rule.acts(options, set)) base.acting.push_back(&rule);
   return base;
 }
 
-Cell learn(const Material& m, const Rule* rule, int seed, const AblationOptions& o, const Monitor& monitor) {
-  Method method = base_of(m, o);
+Cell learn(const Material& m, Method method, const Rule* rule, int seed, std::int64_t n_steps, const Monitor& monitor) {
   if (rule) rule->leave_out(method);
-  std::int64_t n_steps = o.n_steps;
   WorkClock clock(0.0, 0.0);
   TrainingSet set = set_of(m, method);
   TrainerOptions options = options_of(set);
@@ -357,43 +369,37 @@ void run_ablation(int argc, char** argv, app::Console& console) {
   std::vector<Cell> cells = cells_of(file);
   std::set<std::tuple<std::string, std::string, int>> done;
   for (const Cell& c : cells) done.insert({c.set, c.rule, c.seed});
-  const auto chosen = [&](const std::string& name) { return o.only.empty() || std::ranges::find(o.only, name) != o.only.end(); };
 
   struct Missing {
-    const Material* material;
+    std::size_t material;
     const Rule* rule;
     int seed;
   };
   std::vector<Material> materials;
+  std::vector<Ablated> bases;
   for (const std::string& folder : o.folders) {
-    Material& m = materials.emplace_back(read(folder));
-    const TrainingSet set = set_of(m, {});
-    m.is_speckled = set.ground && set.ground->speckled;
+    monitor.check();
+    bases.push_back(ablated(materials.emplace_back(read(folder)), o));
   }
   // Seed by seed, so that a study that was interrupted has judged every rule.
   std::vector<Missing> missing;
   for (int seed = 1; seed <= o.n_seeds; ++seed)
-    for (const Material& m : materials) {
-      const Method base = base_of(m, o);
-      const TrainingSet set = set_of(m, base);
-      TrainerOptions options = options_of(set);
-      for (const auto& change : base.options) change(options, set);
+    for (std::size_t n = 0; n < materials.size(); ++n) {
       const auto add = [&](const Rule* rule, const std::string& name) {
-        if (!done.contains({m.name, name, seed})) missing.push_back({&m, rule, seed});
+        if (!done.contains({materials[n].name, name, seed})) missing.push_back({n, rule, seed});
       };
       add(nullptr, kAll);
-      for (const Rule& rule : rules())
-        if (chosen(rule.name) && std::ranges::find(o.base, &rule) == o.base.end() && rule.acts(options, set)) add(&rule, rule.name);
+      for (const Rule* rule : bases[n].acting) add(rule, rule->name);
     }
   if (o.dry_run) {
     for (const Missing& c : missing)
-      app::print_result(c.material->name + " " + (c.rule ? c.rule->name : kAll) + " " + std::to_string(c.seed) + "\n");
+      app::print_result(materials[c.material].name + " " + (c.rule ? c.rule->name : kAll) + " " + std::to_string(c.seed) + "\n");
     return;
   }
   std::ofstream out(file, std::ios::app);
   for (std::size_t n = 0; n < missing.size(); ++n) {
     const Missing& c = missing[n];
-    const Cell cell = learn(*c.material, c.rule, c.seed, o, monitor);
+    const Cell cell = learn(materials[c.material], bases[c.material].method, c.rule, c.seed, o.n_steps, monitor);
     out << json_of(cell).dump() << std::endl;
     if (!out) throw Error(file.string() + " could not be written; is the disk full?");
     cells.push_back(cell);

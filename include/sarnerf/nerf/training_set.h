@@ -55,7 +55,7 @@ struct SceneHeights {
 /// turn speckle into spikes. Else all that is learned, carved and estimated of a ground comes from deconvolved images. It is left
 /// out where images look speckled and are too few to estimate their ground.
 ///
-/// Where images show a level ground, they are divided by their gains. Where they show none and four fifths of their pixels
+/// Where images show no level ground and four fifths of their pixels
 /// are 40 dB darker than the brightest one and no resolution is told, those are the tails of an impulse response, and count as
 /// 0: what is dark carves.
 ///

@@ -11,7 +11,6 @@
 
 #include "files/archives.h"
 #include "sarnerf/core/error.h"
-#include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/nerf/occupancy_grid.h"
 

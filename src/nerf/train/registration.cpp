@@ -61,14 +61,14 @@ void ViewRegistration::remember(const TrainingSet& set) {
   if (!gain_.empty()) return;
   gain_.assign(set.images.size(), 1.0);
   for (const PosedImage& image : set.images) images_.push_back(image.power);
-  for (const PosedImage& image : set.deconvolved) cleaned_.push_back(image.power);
+  for (const PosedImage& image : set.deconvolved) deconvolved_.push_back(image.power);
 }
 
 void ViewRegistration::divide_by_gains(TrainingSet& set) const {
   for (std::size_t v = 0; v < set.images.size(); ++v) {
     set.images[v].power = divided(images_[v], gain_[v]);
     if (set.deconvolved.empty()) continue;
-    set.deconvolved[v].power = divided(cleaned_[v], gain_[v]);
+    set.deconvolved[v].power = divided(deconvolved_[v], gain_[v]);
     set.deconvolved[v].acquisition = set.images[v].acquisition;
   }
 }

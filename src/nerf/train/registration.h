@@ -46,7 +46,7 @@ class ViewRegistration {
 
   int n_passes_ = 0, n_done_ = 0;
   std::vector<double> gain_;  ///< of each view, that its image is divided by
-  std::vector<Image<float>> images_, cleaned_;  ///< before that, so that rounding does not depend on the number of passes
+  std::vector<Image<float>> images_, deconvolved_;  ///< before that, so that rounding does not depend on the number of passes
 };
 
 }  // namespace sarnerf
