@@ -83,8 +83,8 @@ const std::vector<Rule>& rules() {
   const GridOptions grid;
   const O plain;
   static const std::vector<Rule> all{
-      option_rule("relative_loss", "relative error over a ground (else squares)", over_ground,
-                  [](O& o, Set) { o.relative_epsilon = 0.0; }),
+      option_rule("relative_loss", "errors over their standard deviation (else squares)", over_ground,
+                  [](O& o, Set) { o.misfit = 0.0; }),
       option_rule("smooth_angular", "smoothness of turning brightness",
                   [](const O& o, Set) { return o.grid.smooth_angular > 0.0; }, [](O& o, Set) { o.grid.smooth_angular = 0.0; }),
       ground_rule("texture", "texture of the ground", as_measured, [](GroundRule& g) { g.texture_sigmas_cells.clear(); }),

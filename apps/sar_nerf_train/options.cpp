@@ -26,7 +26,7 @@ constexpr const char* kDescription =
     "The same\n"
     "command continues after an interruption. Images of amplitude are squared: what is modelled is "
     "power.\n"
-    "The loss is the mean square error of power; over a level ground, of relative errors.";
+    "The loss is the mean square error of power; over a level ground, of errors over their standard deviation.";
 
 constexpr const char* kExamples =
     "Examples:\n"

@@ -66,11 +66,12 @@ torch::Tensor random_pixels(std::size_t n, unsigned seed) {
 
 TEST_CASE("a pixel's loss is e² and its gradient holds the denominator constant") {
   const auto check = [](const PixelLoss& loss, double rendered, double image) {
-    const double d = loss.relative ? std::max(0.0, rendered) + loss.scale : loss.scale;
+    const double mu = std::max(0.0, rendered);
+    const double d = std::sqrt(loss.relative * loss.relative * mu * mu + loss.absolute * loss.absolute);
     const double e = (rendered - image) / d;
     CHECK(loss.of(rendered, image).value == Approx(e * e).epsilon(1e-12));
     // A squared loss of the same denominator is one whose denominator does not move.
-    const PixelLoss held{false, d};
+    const PixelLoss held{0.0, d};
     const double step = 1e-6 * d;
     const double difference = (held.of(rendered + step, image).value - held.of(rendered - step, image).value) / (2.0 * step);
     CHECK(loss.of(rendered, image).gradient == Approx(difference).epsilon(1e-6).margin(1e-9 / d));
@@ -78,8 +79,8 @@ TEST_CASE("a pixel's loss is e² and its gradient holds the denominator constant
   for (const double scale : {1e-20, 0.7, 1e20}) {
     for (const double rendered : {-0.4, 0.0, 0.3, 5.0})
       for (const double image : {0.0, 0.3, 2.0, 40.0}) {
-        check({false, scale}, rendered * scale, image * scale);
-        check({true, scale}, rendered * scale, image * scale);
+        check({0.0, scale}, rendered * scale, image * scale);
+        check({0.7, scale}, rendered * scale, image * scale);
       }
   }
 }
@@ -89,17 +90,18 @@ TEST_CASE("which loss it is follows from the images") {
   REQUIRE(ground.ground);
   TrainerOptions options = default_options(ground, "grid");
   const PixelLoss relative = pixel_loss(ground, options);
-  CHECK(relative.relative);
-  CHECK(relative.scale == Approx(options.relative_epsilon * ground.ground->plane->mean_power()));
-  options.relative_epsilon = 0.0;
-  CHECK_FALSE(pixel_loss(ground, options).relative);
-  CHECK(pixel_loss(dark, default_options(dark, "grid")).scale == Approx(double{dark.peak}));
+  REQUIRE(ground.ground->looks);
+  CHECK(relative.relative == Approx(std::sqrt(1.0 / *ground.ground->looks + options.misfit * options.misfit)));
+  CHECK(relative.absolute == Approx(options.misfit * ground.ground->plane->mean_power()));
+  options.misfit = 0.0;
+  CHECK(pixel_loss(ground, options).relative == 0.0);
+  CHECK(pixel_loss(dark, default_options(dark, "grid")).absolute == Approx(double{dark.peak}));
 
   // And it is said.
   CHECK(loss_text(dark, default_options(dark, "grid")) == "mean square error of power over the peak's square (paper, eq. 31)");
   options = default_options(ground, "grid");
-  CHECK(loss_text(ground, options).find("mean square of relative errors of power, epsilon 1 times the ground's mean") == 0);
-  CHECK(loss_text(speckled_ground(kGroundResolution), options).find("mean square of relative errors of power") == 0);
+  CHECK(loss_text(ground, options).find("mean square error of power over its variance, standard deviation 0.85") == 0);
+  CHECK(loss_text(speckled_ground(kGroundResolution), options).find("mean square error of power over its variance") == 0);
   CHECK(loss_text(speckled_ground(kGroundResolution), options).find("seen through the impulse response") != std::string::npos);
 }
 
@@ -109,7 +111,7 @@ TEST_CASE("pixels whose rays were not rendered count neither in the value nor in
   RowBatch batch = batch_of(set, rows);
   const torch::Tensor rendered = random_pixels(batch.image.size(), 3);
   batch.counts[5] = batch.counts[20] = 0;
-  DataTerm term(set, {false, 0.25});
+  DataTerm term(set, {0.0, 0.25});
   const DataLoss loss = term.of(batch, rendered);
   double value = 0.0, square_error = 0.0, image_square = 0.0;
   for (std::size_t n = 0; n < batch.image.size(); ++n) {
@@ -132,8 +134,8 @@ TEST_CASE("the gradient through a response agrees with central differences of th
   REQUIRE(set.ground);
   const std::array<RowReference, 3> rows{{{2, 20}, {2, 22}, {7, 11}}};
   const RowBatch batch = batch_of(set, rows);
-  // An ε that dwarfs what is rendered holds the denominator: the value then is the function whose gradient is given.
-  const PixelLoss pixel{true, 1e5};
+  // What dwarfs all that is rendered holds the denominator: the value then is the function whose gradient is given.
+  const PixelLoss pixel{1.0, 1e5};
   const torch::Tensor at = random_pixels(batch.image.size(), 9);
   DataTerm term(set, pixel);
   const DataLoss loss = term.of(batch, at);
@@ -204,7 +206,7 @@ TEST_CASE("a field that is lost is found out over a ground as without one, and a
   for (const bool over_ground : {false, true}) {
     const TrainingSet set = over_ground ? speckled_ground() : small_set(4);
     const PixelLoss pixel = pixel_loss(set, default_options(set, "grid"));
-    REQUIRE(pixel.relative == over_ground);
+    REQUIRE((pixel.relative > 0.0) == over_ground);
     const std::array<RowReference, 2> rows{{{0, 3}, {2, 4}}};
     const RowBatch batch = batch_of(set, rows);
     const torch::Tensor image = torch::tensor(batch.image);

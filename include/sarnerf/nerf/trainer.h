@@ -26,9 +26,9 @@ struct TrainerOptions {
   double longest_segment = 1.0;
   double end_depth = 6.0;      ///< two-way optical depth at which a ray ends: 0.25 % of its power lies behind
   double final_rate = 0.02;    ///< learning rates fall exponentially to this share, less far in under 100 steps
-  /// Over a level ground, clean or speckled: epsilon of the relative error (μ − I) / (μ + ε), μ in the denominator held
-  /// constant (RawNeRF, Mildenhall et al. 2022), in units of the ground's mean power. 0: squares of power, as without a ground.
-  double relative_epsilon = 1.0;
+  /// Over a level ground, clean or speckled: what part of a pixel's power, and of the ground's mean, the field is expected to miss
+  /// (standard deviation). Speckle comes on top (E8). 0: squares of power, as without a ground.
+  double misfit = 0.1;
   /// How often views' shifts and gains are learned, in the first three fifths of the training; 0 where poses are exact.
   int n_registrations = 0;
   std::uint64_t seed = 1;
@@ -38,7 +38,7 @@ struct TrainerOptions {
 enum class Schedule { steps, clock };
 
 /// The options that suit a set of images: voxels of two thirds of a range bin, and over a level ground a smoothness prior in inverse
-/// proportion to views times looks. `surfaces`: whether the field `grid` is to
+/// proportion to the views. `surfaces`: whether the field `grid` is to
 /// become opaque where there is matter, so that surfaces can be taken from it; unless told otherwise, where enough images
 /// of different incidences without a background tell them.
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
@@ -66,8 +66,8 @@ struct StepReport {
 };
 
 /// Learns a field from images, step by step, by Adam and the native adjoints. The loss (docs/method/equations.md, E8) is a sum over the
-/// pixels of azimuth rows of many views: of squares of errors of power where images show no ground (printed eq. 31), and of relative
-/// errors over a level ground, through the impulse response where that is part of speckled views; plus the smoothness prior.
+/// pixels of azimuth rows of many views: of squares of errors of power where images show no ground (printed eq. 31), and of errors in
+/// units of their standard deviation over a level ground, through the impulse response where that is part of speckled views; plus the smoothness prior.
 /// The same seed and number of threads give the same bits; so does going on from a checkpoint.
 class Trainer {
  public:

@@ -17,8 +17,9 @@ PixelLoss::Term PixelLoss::of(double rendered, double image) const {
 }
 
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options) {
-  if (!set.ground || !(options.relative_epsilon > 0.0)) return {false, double{set.peak}};
-  return {true, options.relative_epsilon * set.ground->plane->mean_power()};
+  if (!set.ground || !(options.misfit > 0.0)) return {0.0, double{set.peak}};
+  const double speckle = set.ground->looks ? 1.0 / *set.ground->looks : 0.0;
+  return {std::sqrt(speckle + options.misfit * options.misfit), options.misfit * set.ground->plane->mean_power()};
 }
 
 namespace {
@@ -31,8 +32,9 @@ bool is_through_response(const TrainingSet& set) { return set.resolution && set.
 std::string loss_text(const TrainingSet& set, const TrainerOptions& options) {
   const PixelLoss pixel = pixel_loss(set, options);
   const std::string through = is_through_response(set) ? ", seen through the impulse response" : "";
-  if (!pixel.relative) return "mean square error of power over the peak's square (paper, eq. 31)" + through;
-  return format("mean square of relative errors of power, epsilon %.3g times the ground's mean", options.relative_epsilon) + through;
+  if (pixel.relative == 0.0) return "mean square error of power over the peak's square (paper, eq. 31)" + through;
+  return format("mean square error of power over its variance, standard deviation %.3g of the power and %.3g of the ground's mean",
+                pixel.relative, options.misfit) + through;
 }
 
 namespace {

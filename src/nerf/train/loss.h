@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -23,15 +24,16 @@
 
 namespace sarnerf {
 
-/// The square of one pixel's error e = (μ − I) / d:
+/// The square of one pixel's error e = (μ − I) / d, in units of its standard deviation:
 ///
-///     squared:   d = scale                      printed eq. 31, in units of `scale`
-///     relative:  d = max(0, sg(μ)) + scale      RawNeRF (Mildenhall et al. 2022); sg(μ) is μ held constant
+///     d² = relative² sg(μ)² + absolute²        sg(μ): max(0, μ), held constant
+///
+/// relative = 0 is printed eq. 31 in units of `absolute`. Else, with d = sg(μ) + ε instead, it is RawNeRF's (Mildenhall et al. 2022).
 struct PixelLoss {
-  bool relative = false;
-  double scale = 1.0;  ///< a power: the unit of squared errors, ε of relative ones
+  double relative = 0.0;  ///< standard deviation of an error, as a fraction of μ
+  double absolute = 1.0;  ///< the same where nothing is rendered, a power
 
-  double denominator(double rendered) const { return relative ? std::max(0.0, rendered) + scale : scale; }
+  double denominator(double rendered) const { return std::hypot(relative * std::max(0.0, rendered), absolute); }
 
   struct Term {
     double value;     ///< e²
@@ -40,7 +42,12 @@ struct PixelLoss {
   Term of(double rendered, double image) const;
 };
 
-/// Relative over a level ground, with ε a multiple of the ground's mean power; else squared, in units of the peak.
+/// Over a level ground of mean power c, seen with L looks (∞ where images are clean), with m the option `misfit`:
+///
+///     d² = sg(μ)² / L + m² (sg(μ)² + c²)
+///
+/// The first term is the variance of speckle. The second is that of the field itself: it cannot follow every pixel of a scene,
+/// bright or dark. Without a ground, or with m = 0, squares of power in units of the peak.
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options);
 
 /// Azimuth rows of several views, their pixels one behind the other.

@@ -65,14 +65,14 @@ void for_each_option(Options& o, Visit&& visit) {
   visit("longest_segment", o.longest_segment);
   visit("end_depth", o.end_depth);
   visit("final_rate", o.final_rate);
-  visit("relative_epsilon", o.relative_epsilon);
+  visit("misfit", o.misfit);
   visit("n_registrations", o.n_registrations);
   visit("seed", o.seed);
 }
 
 /// Options of older versions, and what replaces them; empty: nothing, for the rule was dropped (docs/results/ablation.md).
 const std::map<std::string, std::string> kReplaced = {
-    {"speckle_floor", "relative_epsilon"}, {"speckle_most", ""}, {"huber_delta", ""}, {"distortion", ""}, {"final_distortion", ""},
+    {"speckle_floor", "misfit"}, {"relative_epsilon", "misfit"}, {"speckle_most", ""}, {"huber_delta", ""}, {"distortion", ""}, {"final_distortion", ""},
     {"prune_exposure", ""}, {"smooth_density", ""}, {"smooth_source", ""}};
 
 /// By the clock, a step with voxels of half the size takes as long as some four of before.
@@ -102,9 +102,9 @@ void learn_surfaces(GridOptions& grid, bool several_incidences) {
   grid.brightness_decay = several_incidences ? 1.0 : 0.7;
 }
 
-/// Weight of the smoothness prior over a ground, times views times looks. A step's data term is that of some rows, whatever the
-/// number of views: to be a fixed prior beside all data, the weight falls as the data grow, and the likelihood's precision is
-/// proportional to the looks. The number was found on a truck and a building of one and four looks.
+/// Weight of the smoothness prior over a ground, times views. A step's data term is that of some rows, whatever the number of
+/// views: to be a fixed prior beside all data, the weight falls as they become more. (Looks are in the data term.)
+/// The number was found on a truck and a building of one and four looks.
 constexpr double kSmoothness = 600.0;
 
 }  // namespace
@@ -119,7 +119,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   options.grid.voxel_size_m = 2.0 / 3.0 * bin_m;
   if (!set.exact_poses) options.n_registrations = 12;
   if (set.ground)
-    options.grid.smooth_angular = kSmoothness / (static_cast<double>(set.images.size()) * set.ground->looks.value_or(1.0));
+    options.grid.smooth_angular = kSmoothness / static_cast<double>(set.images.size());
   if (set.background && !set.ground) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
     options.grid.initial_depth = 0.01;
