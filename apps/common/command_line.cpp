@@ -233,7 +233,7 @@ void CommandLine::add_texts(const char* name, const Form& form, const Several& s
 void CommandLine::refuse_replaced(const char* name, const std::string& instead) {
   CLI::Option* option = parser_->app.add_option(name, parser_->texts.emplace_back())->group("");
   parser_->steps.push_back({name, [option, name = std::string(name), instead] {
-    if (option->count() > 0) throw UsageError(name + " is of an older version: use " + instead);
+    if (option->count() > 0) throw UsageError(name + " is of an older version: " + instead);
   }});
 }
 

@@ -85,13 +85,10 @@ const std::vector<Rule>& rules() {
   static const std::vector<Rule> all{
       option_rule("relative_loss", "errors over their standard deviation (else squares)", over_ground,
                   [](O& o, Set) { o.misfit = 0.0; }),
-      option_rule("smooth_angular", "smoothness of turning brightness",
-                  [](const O& o, Set) { return o.grid.smooth_angular > 0.0; }, [](O& o, Set) { o.grid.smooth_angular = 0.0; }),
       ground_rule("texture", "texture of the ground", as_measured, [](GroundRule& g) { g.texture_sigmas_cells.clear(); }),
       ground_rule("height", "estimated height of the ground", as_measured,
                   [](GroundRule& g) { g.height_significance = std::numeric_limits<double>::infinity(); }),
       ground_rule("carving", "bare ground carves", over_ground, [](GroundRule& g) { g.bare_part = 2.0; }),
-      ground_rule("least_seeing", "space few views see is empty", over_ground, [](GroundRule& g) { g.least_seeing_part = 0.0; }),
       ground_rule("object_height", "height of a quarter of the swath", speckled,
                   [](GroundRule& g) { g.object_height_part = 1e9; }),
       {"registration", "shifts and gains of views", [](const O& o, Set) { return o.n_registrations > 0; },
@@ -108,10 +105,74 @@ const std::vector<Rule>& rules() {
                   }),
       option_rule("pruning", "empty voxels are given up", always, [](O& o, Set) { o.grid.n_prunings = 0; }),
       option_rule("levels", "coarse voxels first", always, [](O& o, Set) { o.grid.n_levels = 1; }),
-      option_rule("harmonics", "harmonics of degree 2 (else 1)", [](const O& o, Set) { return o.grid.harmonics_degree > 1; },
-                  [](O& o, Set) { o.grid.harmonics_degree = 1; }),
       option_rule("falling_rates", "falling rates (else to a half)", always, [](O& o, Set) { o.final_rate = 0.5; }),
   };
+  return all;
+}
+
+/// A number of the method; its name ends with what it was multiplied by.
+struct Constant {
+  const char* name;
+  bool (*acts)(const O&, Set);
+  std::function<void(Method&, double factor)> multiply;
+};
+
+Constant option_constant(const char* name, bool (*acts)(const O&, Set), double& (*member)(O&)) {
+  return {name, acts, [member](Method& m, double factor) {
+            m.options.emplace_back([member, factor](O& o, Set) { member(o) *= factor; });
+          }};
+}
+
+/// Rounded, one at least.
+Constant option_number(const char* name, bool (*acts)(const O&, Set), int& (*member)(O&)) {
+  return {name, acts, [member](Method& m, double factor) {
+            m.options.emplace_back([member, factor](O& o, Set) {
+              member(o) = std::max(1, static_cast<int>(std::lround(factor * member(o))));
+            });
+          }};
+}
+
+Constant ground_constant(const char* name, bool (*acts)(const O&, Set), double& (*member)(GroundRule&)) {
+  return {name, acts, [member](Method& m, double factor) { member(m.ground) *= factor; }};
+}
+
+std::vector<Constant> constants() {
+  using G = GroundRule;
+  return {
+      option_constant("misfit", over_ground, [](O& o) -> double& { return o.misfit; }),
+      option_constant("final_rate", always, [](O& o) -> double& { return o.final_rate; }),
+      option_constant("density_rate", always, [](O& o) -> double& { return o.grid.density_rate; }),
+      option_constant("source_rate", always, [](O& o) -> double& { return o.grid.source_rate; }),
+      option_constant("initial_depth", always, [](O& o) -> double& { return o.grid.initial_depth; }),
+      option_constant("initial_brightness", always, [](O& o) -> double& { return o.grid.initial_brightness; }),
+      option_constant("prune_depth", always, [](O& o) -> double& { return o.grid.prune_depth; }),
+      option_number("n_prunings", always, [](O& o) -> int& { return o.grid.n_prunings; }),
+      option_constant("voxel_size_m", always, [](O& o) -> double& { return o.grid.voxel_size_m; }),
+      option_number("rows_per_step", always, [](O& o) -> int& { return o.rows_per_step; }),
+      option_constant("ray_spacing", always, [](O& o) -> double& { return o.ray_spacing; }),
+      option_constant("longest_segment", always, [](O& o) -> double& { return o.longest_segment; }),
+      option_constant("end_depth", always, [](O& o) -> double& { return o.end_depth; }),
+      option_number("n_registrations", as_measured, [](O& o) -> int& { return o.n_registrations; }),
+      ground_constant("bare_part", over_ground, [](G& g) -> double& { return g.bare_part; }),
+      ground_constant("mask_sigma_pixels", over_ground, [](G& g) -> double& { return g.mask_sigma_pixels; }),
+      ground_constant("mask_factor", over_ground, [](G& g) -> double& { return g.mask_factor; }),
+      ground_constant("height_sigma_pixels", as_measured, [](G& g) -> double& { return g.height_sigma_pixels; }),
+      ground_constant("height_significance", as_measured, [](G& g) -> double& { return g.height_significance; }),
+      {"block_pixels", over_ground,
+       [](Method& m, double factor) { m.ground.block_pixels = static_cast<int>(std::lround(factor * m.ground.block_pixels)); }},
+  };
+}
+
+/// Each constant doubled and halved, as rules are left out.
+const std::vector<Rule>& changed_constants() {
+  static const std::vector<Rule> all = [] {
+    std::vector<Rule> list;
+    for (const Constant& c : constants())
+      for (const double factor : {2.0, 0.5})
+        list.push_back({format("%s x %g", c.name, factor), format("%s x %g", c.name, factor), c.acts,
+                        [multiply = c.multiply, factor](Method& m) { multiply(m, factor); }});
+    return list;
+  }();
   return all;
 }
 
@@ -134,7 +195,10 @@ struct AblationOptions {
   fs::path output;
   int n_seeds = 2;
   std::int64_t n_steps = 0;
+  bool constants = false;
   bool dry_run = false;
+
+  const std::vector<Rule>& candidates() const { return constants ? changed_constants() : rules(); }
   app::SharedOptions shared;
 };
 
@@ -205,7 +269,7 @@ Ablated ablated(Material& m, const AblationOptions& o) {
     for (const auto& change : base.method.options) change(options, set);
   }
   const auto chosen = [&](const std::string& name) { return o.only.empty() || std::ranges::find(o.only, name) != o.only.end(); };
-  for (const Rule& rule : rules())
+  for (const Rule& rule : o.candidates())
     if (chosen(rule.name) && std::ranges::find(o.base, &rule) == o.base.end() && rule.acts(options, set)) base.acting.push_back(&rule);
   return base;
 }
@@ -290,20 +354,24 @@ Interval interval_of(const std::vector<double>& values) {
   return i;
 }
 
-std::string table_of(const std::vector<Cell>& cells) {
-  constexpr double kLeastGain_db = 0.3;
+std::string table_of(const std::vector<Cell>& cells, const AblationOptions& o) {
+  constexpr double kLeastGain_db = 0.3, kNothing_db = 0.1;
   constexpr std::size_t kLeastScenes = 5;
   std::string text = "| rule | scenes | gain (dB) | 95 % interval | gain in power (dB) | least | most | verdict |\n"
                      "|---|--:|--:|--:|--:|--:|--:|---|\n";
-  for (const Rule& rule : rules()) {
+  for (const Rule& rule : o.candidates()) {
     const std::vector<double> gains = gains_of(cells, rule.name, false);
     if (gains.empty()) continue;
     const Interval i = interval_of(gains), power = interval_of(gains_of(cells, rule.name, true));
     const bool stays = i.mean - i.half_width > 0.0 && i.mean >= kLeastGain_db;
     const auto [least, most] = std::ranges::minmax(gains);
-    text += format("| %s (`%s`) | %zu | %+.2f | %+.2f to %+.2f | %+.2f | %+.2f | %+.2f | %s |\n", rule.text.c_str(),
-                   rule.name.c_str(), gains.size(), i.mean, i.mean - i.half_width, i.mean + i.half_width, power.mean, least, most,
-                   gains.size() < kLeastScenes ? "too few scenes" : stays ? "stays" : "goes");
+    const char* const verdict = o.constants                       ? (std::abs(i.mean) < kNothing_db ? "no matter" : i.mean > 0.0 ? "worse" : "better")
+                                : gains.size() < kLeastScenes ? "too few scenes"
+                                : stays                       ? "stays"
+                                                              : "goes";
+    text += format("| %s | %zu | %+.2f | %+.2f to %+.2f | %+.2f | %+.2f | %+.2f | %s |\n",
+                   (o.constants ? rule.name : rule.text + " (`" + rule.name + "`)").c_str(), gains.size(), i.mean,
+                   i.mean - i.half_width, i.mean + i.half_width, power.mean, least, most, verdict);
   }
   std::map<std::string, std::vector<double>> spread;
   for (const Cell& c : cells)
@@ -338,18 +406,19 @@ std::optional<AblationOptions> parse(int argc, char** argv) {
   command.add_list("--rules", o.only, text("NAME"), "Only these; 'all' is the method with everything", {.one_at_a_time = true});
   command.add_list("--without", o.without, text("NAME"),
                    "Leave these out of every training: the method that is ablated is the one without them", {.one_at_a_time = true});
+  command.add_flag("--constants", o.constants, "Instead of leaving out rules, double and halve each constant, alone");
   command.add_flag("--dry-run", o.dry_run, "Print the cells that are missing and stop");
   command.add_shared_options();
   command.then([&] { o.shared = command.shared_options(); });
   if (!command.parse(argc, argv)) return std::nullopt;
-  const auto rule_of = [](const char* option, const std::string& name) {
-    const auto rule = std::ranges::find(rules(), name, &Rule::name);
-    if (rule == rules().end()) throw UsageError(std::string(option) + ": there is no rule " + in_quotes(name));
+  const auto rule_of = [](const std::vector<Rule>& list, const char* option, const std::string& name) {
+    const auto rule = std::ranges::find(list, name, &Rule::name);
+    if (rule == list.end()) throw UsageError(std::string(option) + ": there is no rule " + in_quotes(name));
     return &*rule;
   };
   for (const std::string& name : o.only)
-    if (name != kAll) rule_of("--rules", name);
-  for (const std::string& name : o.without) o.base.push_back(rule_of("--without", name));
+    if (name != kAll) rule_of(o.candidates(), "--rules", name);
+  for (const std::string& name : o.without) o.base.push_back(rule_of(rules(), "--without", name));
   return o;
 }
 
@@ -407,7 +476,7 @@ void run_ablation(int argc, char** argv, app::Console& console) {
                         cell.set.c_str(), (c.rule ? "without " + cell.rule : kAll).c_str(), cell.seed, cell.psnr_power_db, cell.psnr_log_amplitude_db,
                         cell.seconds));
   }
-  const std::string table = table_of(cells);
+  const std::string table = table_of(cells, o);
   write_file_atomically(o.output / "ablation.md", table);
   app::print_result(table);
 }

@@ -86,7 +86,7 @@ void add_options(CommandLine& command, Options& o) {
               "says");
   command.add("--window", o.resolution, window_of(o.resolution),
               "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
-  command.refuse_replaced("--smoothness", "--option smooth_angular=WEIGHT");
+  command.refuse_replaced("--smoothness", "its rule was dropped, leave it out");
   command.then([&] { refuse_two_ends(command); });
   command.add("--steps", o.steps, whole("N", 1, 1'000'000'000).or_word("auto", 0),
               "Steps of the optimiser; auto: 1000, and 600 where images show a ground");

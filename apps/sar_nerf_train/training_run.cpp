@@ -191,7 +191,6 @@ namespace {
 std::string text_of(const MetricsLine& line) {
   Json j{{"step", line.step}, {"seconds", line.seconds}};
   if (line.loss) j["loss"] = *line.loss;
-  if (line.priors) j["priors"] = *line.priors;
   if (line.psnr_db) j["psnr_power_db"] = *line.psnr_db;
   return j.dump() + "\n";
 }
@@ -204,7 +203,7 @@ std::optional<MetricsLine> line_of(const std::string& text) {
     return j[name].get<double>();
   };
   if (!j.is_object() || !number("step") || !number("seconds")) return std::nullopt;
-  return MetricsLine{static_cast<std::int64_t>(*number("step")), *number("seconds"), number("loss"), number("priors"),
+  return MetricsLine{static_cast<std::int64_t>(*number("step")), *number("seconds"), number("loss"),
                      number("psnr_power_db")};
 }
 
@@ -362,13 +361,12 @@ std::optional<double> TrainingRun::held_out_psnr_db() {
 
 void TrainingRun::log(const StepReport& report, bool last) {
   loss_sum_ += report.loss;
-  priors_sum_ += report.priors;
   ++n_losses_;
   const auto psnr_db = held_out_psnr_db();
   const std::int64_t step = trainer_.steps_done();
   if (!psnr_db && !last && step % kStepsPerLine != 0) return;
-  metrics_.add({step, seconds(), loss_sum_ / n_losses_, priors_sum_ / n_losses_, psnr_db});
-  loss_sum_ = priors_sum_ = 0.0;
+  metrics_.add({step, seconds(), loss_sum_ / n_losses_, psnr_db});
+  loss_sum_ = 0.0;
   n_losses_ = 0;
 }
 

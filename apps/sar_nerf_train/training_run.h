@@ -98,11 +98,10 @@ struct MetricsLine {
   std::int64_t step = 0;
   double seconds = 0.0;           ///< of all programs that worked on the run, start-up included
   std::optional<double> loss;     ///< data term, mean since the line before
-  std::optional<double> priors;   ///< sum of the priors per pixel, likewise
   std::optional<double> psnr_db;  ///< power, mean over the curve's views
 };
 
-/// Log of the training, line by line: {"step":10,"seconds":0.81,"loss":0.0012,"priors":0.0001,"psnr_power_db":31.2}.
+/// Log of the training, line by line: {"step":10,"seconds":0.81,"loss":0.0012,"psnr_power_db":31.2}.
 class MetricsLog {
  public:
   /// Keeps the existing lines up to `last_step`: later ones belong to steps that will be repeated.
@@ -190,7 +189,7 @@ class TrainingRun {
   double progress_ = 0.0;
   double trained_until_s_ = 0.0, begin_s_ = 0.0, training_s_ = 0.0, checkpoints_s_ = 0.0,
          last_write_s_ = 0.0, next_checkpoint_s_ = 0.0;
-  double loss_sum_ = 0.0, priors_sum_ = 0.0;
+  double loss_sum_ = 0.0;
   int n_losses_ = 0;
   std::optional<Archive> pending_;  ///< written once the next step has succeeded
   std::string field_size_;

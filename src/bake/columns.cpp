@@ -36,7 +36,7 @@ ColumnLattice column_lattice(const Box& box, double spacing_m) {
                      " m are too many: at most 8192 a side, so at least " +
                      std::to_string(longest_m / kMostCells) + " m");
   }
-  // Without the tolerance, 512.0000001 cells would be 513 of them.
+  // Without the tolerance, 512.0000001 cells would become 513.
   const auto count = [&](double side_m) {
     return static_cast<std::uint32_t>(std::max(1.0, std::ceil(side_m / spacing_m - 1e-6)));
   };
@@ -56,7 +56,7 @@ struct EdgeCrossing {
   double y_m;
 };
 
-/// Where an edge crosses row k. Always from the end of lower z, so that both its triangles get the same.
+/// Where an edge crosses the row at z_m. Always from the end of lower z, so that both its triangles get the same result.
 EdgeCrossing edge_crossing(const glm::dvec3& low, const glm::dvec3& high, double z_m) {
   const double part = std::clamp((z_m - low.z) / (high.z - low.z), 0.0, 1.0);
   return {low.x + part * (high.x - low.x), low.y + part * (high.y - low.y)};
@@ -78,7 +78,7 @@ void LineCrossings::collect(std::uint32_t k, std::vector<LineCrossing>& crossing
   std::sort(crossings.begin(), crossings.end(), [](const LineCrossing& a, const LineCrossing& b) {
     if (a.i != b.i) return a.i < b.i;
     if (a.y_m != b.y_m) return a.y_m < b.y_m;
-    return a.turn > b.turn;  // solids that touch are one
+    return a.turn > b.turn;  // entries first: touching solids become one
   });
 }
 
@@ -100,7 +100,7 @@ void LineCrossings::sort_into_rows() {
   }
 }
 
-/// Of a triangle's edges a row crosses none, or one up and one down in z.
+/// A row crosses no edge of a triangle, or two: one that goes up in z and one that goes down.
 void LineCrossings::add(std::uint32_t k, const glm::uvec3& triangle, std::vector<LineCrossing>& crossings) const {
   const double z_m = lattice_.z_m + (k + 0.5) * lattice_.spacing_m;
   EdgeCrossing up{}, down{};
@@ -113,7 +113,7 @@ void LineCrossings::add(std::uint32_t k, const glm::uvec3& triangle, std::vector
   }
   const std::uint32_t i_up = first_line(up.x_m, lattice_.x_m, lattice_.spacing_m, lattice_.n_x);
   const std::uint32_t i_down = first_line(down.x_m, lattice_.x_m, lattice_.spacing_m, lattice_.n_x);
-  // A triangle seen from above goes up at its smaller x: there a line on its way up leaves the solid.
+  // If the edge that goes up in z is at the smaller x, the triangle faces up: a line going up leaves the solid there.
   const int turn = i_up < i_down ? -1 : 1;
   const double width_m = down.x_m - up.x_m;
   for (std::uint32_t i = std::min(i_up, i_down); i < std::max(i_up, i_down); ++i) {
@@ -190,7 +190,7 @@ double common_volume_m3(const Columns& a, const Columns& b) {
     while (n < a.row_begin[k + 1] && m < b.row_begin[k + 1]) {
       const Columns::Interval &p = a.intervals[n], &q = b.intervals[m];
       if (p.i == q.i) length_m += std::max(0.0, std::min(p.top_m, q.top_m) - std::max(p.bottom_m, q.bottom_m));
-      // The one that ends first meets nothing more.
+      // The interval that ends first has no further intersections.
       const bool p_first = p.i != q.i ? p.i < q.i : p.top_m <= q.top_m;
       ++(p_first ? n : m);
     }
@@ -202,12 +202,12 @@ namespace {
 
 constexpr double kMostEnclosedCells = 1u << 30;
 
-/// In cells, per axis. Off the lattice by as little as no volume notices, centres do not lie on walls and roofs that
-/// were drawn on round numbers: which side of a slope a centre on it belongs to depends on the axis along which one
-/// looks, and air would get in.
+/// Offset of the cells' centres in cells, per axis: too small to affect volumes. It keeps centres off walls and roofs that
+/// were drawn on round numbers. Air would get in at centres on a slope, whose side depends on the axis along which it
+/// is tested.
 constexpr glm::dvec3 kOffset{0.00271828, 0.00141421, 0.00314159};
 
-/// In cells. A centre that lies closer to the surface all the same is walled in on both sides.
+/// In cells. A centre that is still closer to the surface than this gets walls on both sides.
 constexpr double kNear = 1e-6;
 
 /// A cell's bits: whether air is there, and walls towards the next cell along each axis.
@@ -219,7 +219,7 @@ SurfaceMesh permuted(const SurfaceMesh& mesh, int x, int y, int z) {
   return result;
 }
 
-/// Cubic cells about a box, with a layer of air on every side but below.
+/// Cubic cells around a box, with a layer of air on every side but below.
 class Cells {
  public:
   Cells(const Box& box_m, const ColumnLattice& inner, const Monitor& monitor)
@@ -241,7 +241,7 @@ class Cells {
   }
 
   void raise_walls(const SurfaceMesh& mesh) {
-    // Whatever the axis, rows are far apart in memory and each belongs to one thread.
+    // For each axis, rows are far apart in memory, and each is written by one thread.
     walls(permuted(mesh, 1, 0, 2), {corner_m_.y, corner_m_.z, spacing_m_, n_y_, n_z_}, corner_m_.x, n_x_, kWallX,
           [this](std::uint32_t j, std::uint32_t i, std::uint32_t k) { return index(i, j, k); });
     walls(mesh, columns(), corner_m_.y, n_y_, kWallY,
@@ -297,7 +297,7 @@ class Cells {
         const auto k = static_cast<std::uint32_t>(row);
         crossings_of.collect(k, crossings);
         for (const LineCrossing& crossing : crossings) {
-            // Between the last centre before it and the first behind it, and beyond one that is as good as on it.
+          // From the last centre before the crossing to the first one behind it, and past a centre within near_m().
           const std::uint32_t first = first_line(crossing.y_m - near_m(), corner_m, spacing_m_, n);
           const std::uint32_t last = first_line(crossing.y_m + near_m(), corner_m, spacing_m_, n);
           for (std::uint32_t j = std::max(first, 1u); j <= last; ++j) {
@@ -326,10 +326,10 @@ class Cells {
   std::uint32_t n_x_, n_y_ = 0, n_z_;
   const Monitor& monitor_;
   std::vector<std::uint8_t> bits_;  ///< [n_z, n_y, n_x]
-  std::vector<std::size_t> front_;  ///< air whose neighbours were not looked at
+  std::vector<std::size_t> front_;  ///< cells with air whose neighbours are not yet visited
 };
 
-/// Runs of cells without air in one column, ended by the outermost crossings between them and the air.
+/// Appends the runs of cells without air in one column, ended by the outermost crossings between them and the air.
 void fill(const Cells& cells, std::uint32_t i, std::uint32_t k, std::span<const LineCrossing> crossings,
           std::vector<Columns::Interval>& intervals) {
   for (std::uint32_t j = 0; j < cells.n_y(); ++j) {

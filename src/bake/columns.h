@@ -11,7 +11,7 @@
 
 namespace sarnerf {
 
-/// Square lattice over the horizontal plane. Through the centre of each cell goes one vertical line:
+/// Square lattice over the horizontal plane. One vertical line passes through the centre of each cell:
 /// line (i, k) at x = x_m + (i + ½) spacing_m, z = z_m + (k + ½) spacing_m.
 struct ColumnLattice {
   double x_m = 0.0;  ///< corner of cell (0, 0), world coordinates
@@ -21,19 +21,19 @@ struct ColumnLattice {
   std::uint32_t n_z = 0;
 };
 
-/// The lattice over a box; of an empty box, one without cells. A spacing of 0 gives about 512 cells along the
+/// The lattice over a box, without cells if the box is empty. A spacing of 0 gives about 512 cells along the
 /// box's longer side. Throws UsageError for a spacing that is negative, not finite, or gives more than 8192 cells
 /// a side.
 ColumnLattice column_lattice(const Box& box, double spacing_m);
 
-/// The first of n lines, `spacing_m` apart and half a spacing behind `corner_m` the first, at or beyond a
-/// coordinate; n when there is none. Monotonic in the coordinate and a function of it alone: all that must agree
-/// between neighbouring triangles goes through here.
+/// Index of the first line at or beyond a coordinate, of n lines at corner_m + (index + ½) spacing_m; n when there
+/// is none. Monotonic in the coordinate and a function of it alone: all decisions on which neighbouring triangles must
+/// agree use it.
 std::uint32_t first_line(double coordinate_m, double corner_m, double spacing_m, std::uint32_t n);
 
-/// What a solid holds of the lines of a lattice: the heights between which its winding number is above zero.
-/// Overlapping closed pieces thus become their union, cavities stay empty, and a mesh that looks inward holds
-/// nothing. Memory: 24 bytes an interval.
+/// Intersection of a solid with the lines of a lattice: intervals of height in which its winding number is above zero.
+/// Overlapping closed pieces thus become their union, cavities stay empty, and a mesh that faces inward has no
+/// intervals. Memory: 24 bytes an interval.
 struct Columns {
   struct Interval {
     std::uint32_t i = 0;  ///< column along x
@@ -50,10 +50,10 @@ struct Columns {
   double volume_m3() const;
 };
 
-/// Crosses a mesh with the lines. Each line's crossings with a closed mesh cancel exactly, also where it runs
-/// through an edge, a corner or along a wall: neighbouring triangles share the rounded ends of their spans, which
-/// hold one of both borders. Vertical triangles have no span. The part of a line above the last crossing belongs
-/// to no solid. Expects corners that exist and finite coordinates. Throws Interrupted on request. Cost:
+/// Intersects a mesh with the lines. Each line's crossings with a closed mesh cancel exactly, also where it runs
+/// through an edge, a corner or along a wall: neighbouring triangles share the rounded ends of their half-open
+/// spans. Vertical triangles have no span. The part of a line above the last crossing is outside of
+/// the solid. Expects valid vertex indices and finite coordinates. Throws Interrupted on request. Cost:
 /// proportional to the pairs of rows and triangles that meet, and to the crossings, on all threads.
 Columns columns_of(const SurfaceMesh& mesh, const ColumnLattice& lattice, const Monitor& monitor = {});
 
@@ -62,20 +62,20 @@ double common_volume_m3(const Columns& a, const Columns& b);
 
 /// Where a vertical line meets a mesh.
 struct LineCrossing {
-  std::uint32_t i = 0;  ///< of the line along x
+  std::uint32_t i = 0;  ///< index of the line along x
   int turn = 0;         ///< change of the winding number on the way up: +1 into the solid, −1 out of it
   double y_m = 0.0;
 };
 
 /// Crossings of a mesh with the vertical lines of a lattice, row by row. Along each line those of a closed mesh
 /// cancel exactly, also where it runs through an edge, a corner or along a wall: neighbouring triangles share the
-/// rounded ends of their spans, which hold one of both borders. Vertical triangles have no span. Expects corners
-/// that exist and finite coordinates; mesh and lattice must outlive this.
+/// rounded ends of their half-open spans. Vertical triangles have no span. Expects valid vertex indices
+/// and finite coordinates; mesh and lattice must outlive this.
 class LineCrossings {
  public:
   LineCrossings(const SurfaceMesh& mesh, const ColumnLattice& lattice);
 
-  /// Replaces `crossings` by those of lattice row k, by line, then by height. Any number of threads may call.
+  /// Replaces `crossings` by those of lattice row k, sorted by line, then by height. Any number of threads may call.
   void collect(std::uint32_t k, std::vector<LineCrossing>& crossings) const;
 
  private:
@@ -89,12 +89,12 @@ class LineCrossings {
   std::vector<std::uint32_t> triangles_;      ///< by row
 };
 
-/// What a mesh encloses although it is not closed: all that air from above and from the sides does not reach. The
-/// mesh stands on the ground, so nothing comes from below its box; its windings do not matter.
+/// The space that a mesh encloses although it is not closed: air (a flood fill) from above and from the sides does not
+/// reach it. The mesh stands on the ground, so no air enters from below its box; triangles may face either way.
 ///
-/// Air goes from centre to centre of the lattice's cubic cells, along the axes, and through no triangle: holes
-/// narrower than a cell hold, wider ones let it in, cavities count as filled. Columns end where they cross the
-/// surface, not at cells. Solids thinner than a cell may be missed. `n_met` and `n_open` stay 0.
+/// Air spreads from centre to centre of the lattice's cubic cells, along the axes, and through no triangle. Holes
+/// narrower than a cell keep it out, wider ones let it in; cavities count as filled. Columns end where they cross the
+/// surface, not at borders of cells. Solids thinner than a cell may be missed. `n_met` and `n_open` stay 0.
 ///
 /// The box must hold the mesh, and the lattice the box. Throws UsageError when there are more than 2³⁰ cells, of a
 /// byte each; Interrupted on request. Cost: about 10 ns a cell, and three times that of columns_of().

@@ -26,15 +26,15 @@ VoxelLattice lattice_over(const Box& box_m, double voxel_size_m, const glm::dvec
   return lattice;
 }
 
-/// Frames relative to the aim point.
+/// Relative to the aim point.
 struct Cube {
   Box box_m;
   double part_outside = 0.0;
 };
 
 Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec3& aim_m) {
-  // What is higher than the cube is fog that no view has seen to be empty, over what stands at its bottom. The cube reaches
-  // below that, so that its own bottom does not pass for the body's.
+  // Occupied voxels taller than the cube are fog that no view has seen to be empty, above objects at their bottom. The cube
+  // extends below the objects, so that its own bottom is not taken for theirs.
   const bool fits = matter_m.size().y <= options.extent_m;
   glm::dvec3 centre_m(0.0, fits ? matter_m.centre().y : matter_m.min.y + 0.25 * options.extent_m, 0.0);
   if (options.centre_m) centre_m = *options.centre_m - aim_m;
@@ -54,14 +54,14 @@ Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec
   return cube;
 }
 
-/// What both the plan and the extraction begin with; frames relative to the aim point.
+/// Common input of the plan and the extraction; frames relative to the aim point.
 struct Setup {
-  const GridField* grid = nullptr;  ///< one of the two
+  const GridField* grid = nullptr;  ///< this or `mlp` is set
   const MlpField* mlp = nullptr;
   Box matter_m;
-  double map_spacing_m = 0.0;         ///< between the rays of what views see
+  double map_spacing_m = 0.0;         ///< between the rays of return maps
   std::vector<Acquisition> views;     ///< of the training
-  std::vector<Acquisition> lookers;   ///< of them, those that tell the solid from what is empty
+  std::vector<Acquisition> lookers;   ///< of them, those that determine which space is empty
   VoxelLattice lattice;
   double part_outside = 0.0;
 
@@ -80,7 +80,7 @@ void require_voxels_within(const Box& matter_m, const ExtractOptions& options) {
                           options.extent_m, options.resolution, voxel_m, size_m.x, size_m.y, size_m.z, 1.1 * longest_m));
 }
 
-/// A ground elsewhere leaves nothing of a body, or stretches it to the end of what views hold.
+/// A ground above the field leaves nothing of a body; one far below extends the body to the limits of the swaths.
 void require_ground_at(const Model& model, const Box& matter_m, const ExtractOptions& options) {
   if (!options.ground_height_m) return;
   const double ground_m = *options.ground_height_m;
@@ -96,7 +96,7 @@ void require_ground_at(const Model& model, const Box& matter_m, const ExtractOpt
                             ground_m, bottom_m, top_m));
 }
 
-/// In the scene's own words, what is missing.
+/// The message quotes the box of the scene.
 [[noreturn]] void throw_without_matter(const Model& model) {
   const glm::dvec3 low = model.info.scene_box_m.min, high = model.info.scene_box_m.max;
   throw UsageError(format("the model holds no matter at all: its images show nothing within the scene's box (%.4g..%.4g, "
@@ -116,7 +116,7 @@ Setup set_up(const Model& model, const ExtractOptions& options) {
   for (const DatasetView& view : model.info.training_views) s.views.push_back(acquisition_of(view, glm::dvec3(0.0)));
   s.lookers = spread_views(s.views, options.body == Body::solid ? options.most_views : 0);
   const double field_voxel_m = model.field->voxel_size_m();
-  // Two thirds of a learned voxel: finer maps see nothing more.
+  // Two thirds of a learned voxel, which counts as two thirds of the cache's for `mlp`: finer maps show no more detail.
   s.map_spacing_m = (s.grid != nullptr ? 1.0 : 2.0 / 3.0) * 2.0 / 3.0 * field_voxel_m;
   if (options.resolution == 0) {
     const double voxel_m = s.grid != nullptr ? field_voxel_m : field_voxel_m / 3.0;
@@ -230,7 +230,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
     throw UsageError(format("--threshold: no voxel has so much extinction; those of this field have %.3g to %.3g per "
                             "metre, so that anything below the larger one leaves some", least, most));
 
-  // What is written is the field as it was learned, and what is looked at is what the threshold leaves of it.
+  // The field is written as it was learned; the body is that of the field above the threshold.
   LearnedVolume learned = grid == nullptr || options.resolution == 0
                               ? volume
                               : resampled(volume, lattice, max_memory_bytes, options.monitor);

@@ -23,7 +23,7 @@ void require_memory(std::size_t n_bricks, const FieldChannels& channels, double 
   // Bricks, and the grids that are made of them.
   const std::uint64_t needed = 2 * volume_bytes(n_bricks, channels);
   if (max_memory_bytes == 0 || needed <= max_memory_bytes) return;
-  // Matter is a layer: twice as large voxels need a quarter of the memory.
+  // Occupied voxels form a layer: twice as large voxels need a quarter of the memory.
   const double larger = voxel_size_m * std::sqrt(static_cast<double>(needed) / static_cast<double>(max_memory_bytes));
   throw UsageError(format("about %.0f MiB are needed for voxels of %.3g m, more than --max-memory allows (%.0f MiB left); "
                           "voxels of %.2g m would do (--resolution)",
@@ -99,7 +99,7 @@ LearnedVolume resampled(const LearnedVolume& volume, const VoxelLattice& lattice
       for (int v = 0; v < kBrickVoxels; ++v) {
         const glm::ivec3 voxel = bricks[b] * kBrickSide + voxel_in_brick(v);
         float* const value = &values[static_cast<std::size_t>(v * n_channels)];
-        // As in the paper: what does not attenuate is not there, whatever its brightness.
+        // As in the paper, a voxel without extinction is empty, whatever its brightness.
         if (!lattice.holds(voxel) || value[0] <= 0.0f) std::fill(value, value + n_channels, 0.0f);
       }
     }
@@ -111,12 +111,12 @@ namespace {
 
 constexpr int kDegree = 2;
 constexpr std::size_t kDirections = 12;  ///< more than there are harmonics
-constexpr std::size_t kChunk = 1 << 15;  ///< points of the network at a time
+constexpr std::size_t kChunk = 1 << 15;  ///< points per evaluation of the network
 
-/// Two-way optical depth per reference bin below which there is no matter.
+/// Two-way optical depth per reference bin below which a voxel is left empty.
 constexpr double kLeastDepth = 0.01;
 
-/// Directions of the views, each the farthest from those before it.
+/// Up to kDirections directions of the views, each the farthest from those before it.
 std::vector<glm::vec3> spread_directions(std::span<const Acquisition> views) {
   std::vector<glm::dvec3> all;
   for (const Acquisition& view : views) all.push_back(radar_frame(view).k);
@@ -131,8 +131,8 @@ std::vector<glm::vec3> spread_directions(std::span<const Acquisition> views) {
   return chosen;
 }
 
-/// Matrix [n_harmonics × n_directions] that takes brightness in the directions to the coefficients of least squares.
-/// A little is added to the normal equations, so that directions that leave coefficients open give small ones.
+/// Matrix [n_harmonics × n_directions] from brightness in the directions to the least-squares coefficients. The normal
+/// equations are regularised by a ridge term, so that coefficients that the directions do not determine stay small.
 std::vector<double> fit_matrix(std::span<const glm::vec3> directions) {
   constexpr std::size_t kN = n_harmonics(kDegree);
   constexpr double kRidge = 1e-4;
@@ -175,7 +175,7 @@ LearnedVolume sampled(const MlpField& field, const VoxelLattice& lattice, std::s
   LearnedVolume volume = empty_volume(lattice, channels, bricks, max_memory_bytes);
   const BrickView<float> out = volume.grid.view();
 
-  // Places in cells that the field counts as occupied: elsewhere it is empty by its own definition.
+  // Voxels in occupied cells of the field's cache. Elsewhere the field is empty by definition.
   std::vector<std::size_t> places;
   BrickFinder finder(cache.occupancy().bricks());
   const auto voxel_at = [&](std::size_t place) { return bricks[place / kBrickVoxels] * kBrickSide + voxel_in_brick(place); };

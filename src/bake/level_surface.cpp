@@ -25,17 +25,17 @@ namespace {
 using Leaf = openvdb::FloatTree::LeafNodeType;
 static_assert(Leaf::DIM == kBrickSide);
 
-/// Rounding of an image's zeros to some other smallest number, relative to the peak, does not keep space from being
-/// carved. As the carving before training has it.
+/// Pixels up to this fraction of the peak count as 0: space is carved although an image's zeros were rounded to a small
+/// number. The same as for carving before training.
 constexpr double kZero = 1e-6;
 
-/// A table of leaves takes 8 GiB then.
+/// The table of leaves then takes 8 GiB.
 constexpr double kMaxVoxelsPerSide = 8192.0;
 
 enum class Evidence { none, maybe, empty };
 
-/// A view and how far each of its rows is empty. Ranges R are kept as R² − r², r being the aim point's: that takes no
-/// root to compute, grows with R, and loses nothing for a radar far away.
+/// A view, and the range up to which each of its rows is empty. A range R is stored as R² − r², with the aim point's r:
+/// that needs no square root, grows with R, and loses no digits for a distant radar.
 class Witness {
  public:
   Witness(const PosedImage& image, double zero_level) {
@@ -44,7 +44,7 @@ class Witness {
     const RadarFrame frame = radar_frame(a);
     aim_m_ = a.aim_m;
     row_of_ = frame.h / a.azimuth_spacing_m;
-    first_row_ = 0.5 * (a.n_azimuth - 1) + 0.5;  // half more, for rounding to the nearest
+    first_row_ = 0.5 * (a.n_azimuth - 1) + 0.5;  // ½ more, for rounding to the nearest row
     v_ = frame.v;
     k_ = frame.k;
     twice_range_m_ = 2.0 * a.slant_range_m;
@@ -53,7 +53,7 @@ class Witness {
     for (int i = 0; i < a.n_azimuth; ++i) {
       const std::span<const float> row = image.power.row(i);
       const auto first = std::find_if(row.begin(), row.end(), [&](float p) { return double{p} > zero_level; });
-      // A row without any return is empty throughout.
+      // A row without any return is empty at all ranges.
       first_m2_.push_back(first == row.end() ? std::numeric_limits<double>::infinity()
                                              : square_offset_m2(a.bin_offset_m(double(first - row.begin()) - 0.5)));
     }
@@ -86,8 +86,8 @@ std::vector<Witness> witnesses(std::span<const PosedImage> images) {
   return views;
 }
 
-/// Whether some view sees the place, and none sees it empty. `last` is the view that said so of the place before:
-/// neighbours are mostly empty for the same reason.
+/// Whether some view sees the point, and none shows it to be empty. `last` is the view that showed the last empty point: it
+/// is tested first, since neighbours are mostly empty in the same view.
 bool is_full(std::span<const Witness> views, const glm::dvec3& point_m, std::size_t& last) {
   if (views[last].about(point_m) == Evidence::empty) return false;
   bool seen = false;
@@ -109,7 +109,7 @@ glm::ivec3 n_voxels(const CarvingLattice& lattice) {
                      " x " + std::to_string(size.y) + " x " + std::to_string(size.z) + " m and voxels of " +
                      std::to_string(lattice.voxel_size_m) + " m");
   }
-  // A box of whole voxels gets no more for the rounding of its size.
+  // A box of whole voxels must not get another one due to the rounding of its size.
   constexpr double kRounding = 1e-6;
   const glm::dvec3 n = glm::max(glm::ceil(size / lattice.voxel_size_m - kRounding), 1.0);
   if (!(std::max({n.x, n.y, n.z}) <= kMaxVoxelsPerSide)) {
@@ -175,8 +175,8 @@ SurfaceMesh carved_solid(std::span<const PosedImage> images, const CarvingLattic
 
 namespace {
 
-/// Places are whole multiples of a voxel's 1024th: equal or apart by far more than double rounds world coordinates,
-/// and areas are exact.
+/// Positions are integers in units of 1/1024 voxel: they are equal, or differ by far more than double rounds world
+/// coordinates, and areas are exact.
 constexpr double kPlacesPerVoxel = 1024.0;
 
 using Place = glm::i64vec3;
@@ -186,7 +186,7 @@ struct Quads {
   std::vector<openvdb::Vec4I> corners;  ///< clockwise seen from outside
 };
 
-/// The tree, with its tiles above the level active: the mesher passes over the sides of others.
+/// The tree, with its tiles above the level active: the mesher ignores the sides of inactive ones.
 openvdb::FloatTree::ConstPtr with_active_solids(const openvdb::FloatGrid& occupancy, double level) {
   const auto solid_but_inactive = [&](const auto& tile) {
     return tile.isTileValue() && double{tile.getValue()} >= level;
@@ -205,9 +205,9 @@ openvdb::FloatTree::ConstPtr with_active_solids(const openvdb::FloatGrid& occupa
   return tree;
 }
 
-/// The mesher's answer in places relative to the voxel `origin`, which keeps its float32 coordinates small.
+/// The mesher's quads, in positions relative to the voxel `origin`, which keeps its float32 coordinates small.
 Quads mesh_quads(const openvdb::FloatTree::ConstPtr& tree, const openvdb::Coord& origin, double level) {
-  // Its own class and transform, but the tree is shared and never written.
+  // A grid with its own class and transform. The tree is shared and never written.
   const auto grid = openvdb::FloatGrid::create(openvdb::ConstPtrCast<openvdb::FloatTree>(tree));
   const openvdb::math::Transform::Ptr transform = openvdb::math::Transform::createLinearTransform(1.0);
   transform->postTranslate(-origin.asVec3d());
@@ -223,7 +223,7 @@ Quads mesh_quads(const openvdb::FloatTree::ConstPtr& tree, const openvdb::Coord&
   return quads;
 }
 
-/// Makes one vertex of all at the same place: number of the first of them, [n_places].
+/// For each position, the index of the first one that equals it, [n_places]. Merges coinciding vertices.
 std::vector<std::uint32_t> first_at_place(const std::vector<Place>& places) {
   const auto before = [&](std::uint32_t a, std::uint32_t b) {
     const Place &p = places[a], &q = places[b];
@@ -237,13 +237,13 @@ std::vector<std::uint32_t> first_at_place(const std::vector<Place>& places) {
   return first;
 }
 
-/// Four times the square of the area, in places.
+/// Four times the squared area, in units of Place.
 double squared_area(const Place& a, const Place& b, const Place& c) {
   const glm::dvec3 normal = glm::cross(glm::dvec3(b - a), glm::dvec3(c - a));
   return glm::dot(normal, normal);
 }
 
-/// The two halves of a quad, cut so that the smaller one is as large as can be.
+/// The two triangles of a quad, cut so that the smaller one is as large as possible.
 std::array<glm::uvec3, 2> halves(const std::array<std::uint32_t, 4>& q, const std::vector<Place>& places) {
   const std::array<glm::uvec3, 2> along_02 = {{{q[0], q[1], q[2]}, {q[0], q[2], q[3]}}};
   const std::array<glm::uvec3, 2> along_13 = {{{q[0], q[1], q[3]}, {q[1], q[2], q[3]}}};
@@ -284,7 +284,7 @@ SurfaceMesh level_surface(const openvdb::FloatGrid& occupancy, double level) {
   }
   mesh.triangles = triangles_of(quads);
 
-  // Vertices are numbered anew as triangles name them first, as readers that weld do.
+  // Vertices are renumbered in the order in which triangles first use them, as by readers that weld.
   constexpr std::uint32_t kUnused = 0xffffffffu;
   std::vector<std::uint32_t> number(quads.places.size(), kUnused);
   for (glm::uvec3& t : mesh.triangles) {

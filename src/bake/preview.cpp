@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Four words and a few numbers: a font of dots spares the extraction the libraries that draw text.
+// Labels are four words and a few numbers: a font of dots makes a library for text unnecessary.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -61,7 +61,7 @@ constexpr Letter kLetters[] = {
 // clang-format on
 
 /// Writes the letters, digits and full stops that previews need, each dot `scale` pixels square, with the first one's
-/// upper left corner at (line, column); other characters are blanks. What lies beyond the picture is left out.
+/// upper left corner at (line, column); other characters are blanks. Pixels beyond the picture are skipped.
 void draw_text(Image<Colour>& picture, int line, int column, std::string_view text, int scale, const Colour& colour) {
   for (std::size_t n = 0; n < text.size(); ++n) {
     const auto letter = std::find_if(std::begin(kLetters), std::end(kLetters),
@@ -83,9 +83,9 @@ void draw_text(Image<Colour>& picture, int line, int column, std::string_view te
 constexpr int kRaysPerSide = 2;  ///< of a pixel
 constexpr int kLeastSide = 200, kLargestSide = 16384;
 
-/// Room for labels above and below what a frame shows, in dots of the font.
+/// Room for labels above and below the surface in a frame, in dots of the font.
 constexpr int kLabelsAbove = 16, kLabelsBelow = 30;
-constexpr int kMargin = 6;  ///< of labels from their frame, in dots
+constexpr int kMargin = 6;  ///< distance of labels from their frame, in dots
 
 constexpr glm::dvec3 kWhite(255.0), kFront(124.0, 152.0, 186.0), kBack(205.0, 60.0, 50.0);
 constexpr Colour kFrameColour = {205, 205, 205}, kTextColour = {70, 70, 70};
@@ -103,7 +103,7 @@ struct Camera {
   glm::dvec3 right, up, towards;  ///< `towards` leads from the surface to the viewer
 };
 
-/// A camera's picture: the middle of what it sees is in the middle of its frame, less the labels' room.
+/// A camera's picture. The centre of what it sees is drawn at the centre of its frame, without the room for labels.
 struct View {
   Camera camera;
   Frame frame;
@@ -114,7 +114,7 @@ struct View {
   double middle_line() const { return 0.5 * (frame.height + (kLabelsAbove - kLabelsBelow) * dot); }
 };
 
-/// The surface relative to its middle, in float32; one vertex more, as RayTracer asks for.
+/// The surface relative to the centre of its box, in float32; with one more vertex, which RayTracer needs.
 struct Model {
   std::vector<glm::vec3> vertices_m;
   std::span<const glm::uvec3> triangles;
@@ -144,7 +144,7 @@ Box seen_by(const Camera& camera, const Model& model) {
   return seen;
 }
 
-/// The largest scale at which all is seen and labels have room.
+/// The smallest pixel (m) at which the whole surface fits and labels have room.
 double fitting_pixel_m(const View& view) {
   const glm::dvec3 size = view.seen_m.size();
   return std::max(size.x / (view.frame.width - 4 * kMargin * view.dot),
@@ -170,18 +170,18 @@ std::array<View, 4> layout(const Model& model, const PreviewOptions& options) {
   return views;
 }
 
-/// Colour of a facet, `depth` from 0 at the nearest place of the surface to 1 at the farthest.
+/// Colour of a facet, `depth` from 0 at the nearest point of the surface to 1 at the farthest.
 glm::dvec3 shade(const Camera& camera, glm::dvec3 normal, double depth) {
   const bool from_behind = glm::dot(normal, camera.towards) < 0.0;
   if (from_behind) normal = -normal;
   const glm::dvec3 light = glm::normalize(-0.45 * camera.right + 0.65 * camera.up + 0.75 * camera.towards);
   constexpr double kAmbient = 0.46, kPalest = 0.35;
-  // The even light comes more from the sky than from the ground.
+  // The ambient light is stronger from the sky than from the ground.
   const double light_seen = kAmbient * (1.0 + 0.25 * normal.y) + 0.72 * std::max(0.0, glm::dot(normal, light));
   return glm::mix(glm::min(light_seen * (from_behind ? kBack : kFront), kWhite), kWhite, kPalest * depth);
 }
 
-/// Rays of a block of rows, and what they met.
+/// Rays of one row, and their hits.
 struct RayBlock {
   explicit RayBlock(std::size_t n_rays) {
     for (auto& array : arrays) array.resize(n_rays);
@@ -191,12 +191,12 @@ struct RayBlock {
   std::vector<std::uint32_t> triangle;
 };
 
-/// Picture lines [first, last) of a view, as many as fit one block of the tracer.
+/// Draws picture lines [first, last) of a view, at most as many as fit one block of the tracer.
 void draw_lines(const View& view, const RayTracer& tracer, int first, int last, Image<Colour>& picture) {
   const Camera& c = view.camera;
   const Frame& f = view.frame;
   const glm::dvec3 middle_m = view.seen_m.centre(), size_m = view.seen_m.size();
-  // Rays begin beyond what is nearest, by more than float32 rounds.
+  // Rays begin in front of the nearest point, by more than the rounding of float32.
   const double start_m = view.seen_m.max.z + 0.01 * (size_m.x + size_m.y + size_m.z);
   const auto n_rays = static_cast<std::size_t>(f.width * kRaysPerSide);
   std::vector<RayBlock> blocks;
@@ -267,7 +267,7 @@ void draw_line(Image<Colour>& picture, glm::dvec2 from, glm::dvec2 to, int thick
 void draw_axes(const View& view, Image<Colour>& picture) {
   const int dot = view.dot;
   const glm::dvec2 half_letter = 0.5 * dot * glm::dvec2(kLetterPitch - 1, kLetterHeight);
-  std::array<glm::dvec2, 3> arrow, letter;  // from the origin; lines run down
+  std::array<glm::dvec2, 3> arrow, letter;  // from the origin, in pixels; y runs down
   glm::dvec2 least(0.0), most(0.0);
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
@@ -321,7 +321,7 @@ Image<Colour> preview(const SurfaceMesh& mesh, const PreviewOptions& options) {
   const Model model(mesh);
   const RayTracer tracer(model.vertices(), model.triangles);
   const std::array<View, 4> views = layout(model, options);
-  if (!(views[0].pixel_m > 0.0)) return picture;  // all in one place
+  if (!(views[0].pixel_m > 0.0)) return picture;  // all vertices coincide
   for (const View& view : views) {
     draw_view(view, tracer, picture);
     draw_labels(view, picture);

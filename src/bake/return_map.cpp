@@ -16,13 +16,13 @@ namespace sarnerf {
 
 namespace {
 
-/// Of what the median ray that returns anything returns: a ray that returns so much meets matter.
+/// A ray hits something if it returns this fraction of the median ray that returns anything.
 constexpr double kReturnThatMeets = 0.25;
 
-/// Rays that return less than this share of the brightest hundredth return nothing.
+/// Rays that return less than this fraction of the 99th percentile count as returning nothing.
 constexpr double kNothing = 0.01;
 
-/// One more at either end, so that every point of the box lies between rays.
+/// With one more ray at either end, so that every point of the box lies between rays.
 Fan fan_over(const Acquisition& view, const Box& box_m, double spacing_m) {
   const auto extent = angular_extent(view, box_m);
   const double step = spacing_m / view.slant_range_m;
@@ -38,7 +38,7 @@ float median_of_returning(std::vector<float> returned) {
   return median(returned);
 }
 
-/// Arc tangent, to 1e-12 for what a fan's angles mostly are.
+/// Arc tangent, to 1e-12: by a series for |x| up to 0.02, as in most fans.
 double small_atan(double x) {
   if (std::abs(x) > 0.02) return std::atan(x);
   const double x2 = x * x;
@@ -112,7 +112,7 @@ void ReturnMap::look(const LearnedVolume& volume, const Occupancy& occupancy, co
 }
 
 ReturnMap::Place ReturnMap::place_of(const glm::dvec3& point_m) const {
-  // project(), without its library calls: this is asked for tens of millions of times.
+  // As project(), without its library calls: this is called tens of millions of times.
   const double along_track_m = glm::dot(point_m, frame_.h);
   const double along_k = glm::dot(point_m, frame_.k), along_v = glm::dot(point_m, frame_.v);
   const double r = view_.slant_range_m, depth = r + along_k;
@@ -207,17 +207,17 @@ namespace {
 
 constexpr double kLenient = 0.1, kStrict = 0.4;
 
-/// Of the power returned, what comes out of empty space: at most, where `kLenient` is kept, and where `kStrict` is taken.
-/// On eight scenes of 396 and 36 views, those that gain by it have 0.10 to 0.21 and 0.04 to 0.07; solids and an L-shaped
-/// building 0.04 to 0.12 and 0.03 to 0.08; trucks, thin in many places, 0.18 to 0.25 and 0.10 to 0.15.
+/// Fraction of the returned power that comes from empty space: at most so much to keep `kLenient`, and to use `kStrict`.
+/// On eight scenes of 396 and 36 views, those that gain by `kStrict` have 0.10 to 0.21 and 0.04 to 0.07; solids and an
+/// L-shaped building 0.04 to 0.12 and 0.03 to 0.08; trucks, thin in many parts, 0.18 to 0.25 and 0.10 to 0.15.
 constexpr double kMostLenient = 0.1, kMostStrict = 0.07;
 
-/// Learned voxels behind the place that a ray returns from.
+/// Distance behind a return at which the body is tested, in learned voxels.
 constexpr double kBehind = 2.5;
 
 constexpr std::size_t kRays = 20000;
 
-/// Falls from 1 to 0 over two voxels; half on the surface.
+/// Rises with depth from 0 to 1 over two voxels; ½ on the surface.
 float ramp(double depth_m, double voxel_m) {
   return static_cast<float>(std::clamp(0.5 + 0.5 * depth_m / voxel_m, 0.0, 1.0));
 }
@@ -246,7 +246,7 @@ float ViewAgreement::occupancy(const glm::dvec3& point_m) {
   };
   std::size_t n_in_front = 0;
   const std::size_t most = share_of(maps_.size());
-  // Neighbours are mostly empty for the same views: begin with those that said so last.
+  // Neighbours are mostly empty in the same views: begin with those that showed the last empty point.
   for (std::size_t m = 0; m < maps_.size(); ++m) {
     const double d = maps_[(m + first_) % maps_.size()].distance_m(point_m);
     if (std::isnan(d)) continue;

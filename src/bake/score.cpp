@@ -25,7 +25,7 @@ namespace sarnerf {
 
 namespace {
 
-/// Six times the volume between triangles and an apex.
+/// Six times the signed volume between triangles and an apex.
 double six_volumes(const SurfaceMesh& mesh, std::span<const std::uint32_t> triangles, const glm::dvec3& apex_m) {
   double sum = 0.0;
   for (const std::uint32_t t : triangles) {
@@ -36,7 +36,7 @@ double six_volumes(const SurfaceMesh& mesh, std::span<const std::uint32_t> trian
   return sum;
 }
 
-/// Centre of the edges that one of the triangles has alone, by their lengths; of none, the first corner.
+/// Centre of the border (edges of only one of the triangles), weighted by length; without border, the first corner.
 glm::dvec3 centre_of_border(const SurfaceMesh& mesh, std::span<const std::uint32_t> triangles) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> n_of_edge;
   for (const std::uint32_t t : triangles) {
@@ -88,20 +88,20 @@ namespace {
 
 constexpr std::size_t kMostSamples = 100'000'000;
 
-// Of truth_volume().
+// Thresholds of truth_volume().
 constexpr double kSteady = 0.05;           ///< relative change of the enclosed volume
-constexpr double kMissesMost = 2.0;        ///< times that volume, which winding numbers find
-constexpr double kDecided = 0.25;          ///< distance of a winding number from a whole one
-constexpr double kMostUndecided = 0.05;    ///< of samples
+constexpr double kMissesMost = 2.0;        ///< volume by winding number over the enclosed one
+constexpr double kDecided = 0.25;          ///< distance of a winding number from an integer
+constexpr double kMostUndecided = 0.05;    ///< fraction of the samples
 constexpr int kWindingSamples = 64;        ///< along the longest side of the box
 
-/// A surface in coordinates about the centre of the comparison, with what is asked of it.
+/// A surface in coordinates relative to the centre of the comparison, with its samples.
 struct Side {
   SurfaceMesh mesh;
   Box box_m;
   std::size_t n_solid = 0;             ///< the first triangles, which bound closed pieces
   std::vector<SurfaceSample> samples;  ///< not buried
-  std::vector<std::uint8_t> seen;      ///< per sample
+  std::vector<std::uint8_t> seen;      ///< per sample: 1 if a view sees it
 };
 
 /// Box of the vertices that triangles use; empty for a mesh without triangles. Throws InputError, naming the
@@ -157,7 +157,7 @@ std::vector<SurfaceSample> open_samples(const Side& side, const Sight& sight, st
   return open;
 }
 
-/// From each sample to the nearest point of another surface (m); none when that has no area.
+/// From each sample to the nearest point of another surface (m); empty when either has no samples.
 std::vector<double> distances(const Side& from, const Side& to, const Monitor& monitor) {
   if (from.samples.empty() || to.samples.empty()) return {};
   const SurfaceDistance surface(to.mesh.vertices_m, to.mesh.triangles, false);
@@ -209,12 +209,12 @@ double seen_fraction(const Side& side) {
          static_cast<double>(side.samples.size());
 }
 
-/// The mesh whose winding numbers count.
+/// The mesh from which winding numbers are computed.
 const SurfaceMesh& wound_mesh(const TruthSurface& truth) {
   return truth.wound.triangles.empty() ? truth.all : truth.wound;
 }
 
-/// `solid` is that mesh of the truth which `volume` asks for.
+/// `solid` is the mesh of the truth for options.truth_volume.
 Columns columns_of_truth(const Side& truth, const SurfaceMesh& solid, const ColumnLattice& lattice,
                          const ScoreOptions& options) {
   if (options.truth_volume == TruthVolume::enclosed)
@@ -276,10 +276,10 @@ void score_distances(Side& extracted, Side& truth, std::span<const Acquisition> 
   score.extracted_visible_fraction = seen_fraction(extracted);
 }
 
-/// Winding numbers in a truth's box.
+/// Statistics of winding numbers in a truth's box.
 struct WindingCensus {
-  double undecided = 0.0;  ///< part of the samples
-  double inside = 0.0;     ///< part of them, above 1/2
+  double undecided = 0.0;  ///< fraction of the samples farther than kDecided from an integer
+  double inside = 0.0;     ///< fraction of the samples above 1/2
 };
 
 WindingCensus winding_census(const SurfaceMesh& mesh, const Box& box_m, const Monitor& monitor) {
@@ -354,7 +354,7 @@ SurfaceScore score(const SurfaceMesh& extracted, const TruthSurface& truth, std:
   SurfaceScore result;
   score_boxes(extracted_box, truth_box, result);
 
-  // Everything about one centre, so that digits are not lost to map coordinates.
+  // All coordinates are relative to one centre, so that map coordinates lose no digits.
   const glm::dvec3 centre_m = !truth_box.empty() ? truth_box.centre() : both.empty() ? glm::dvec3(0.0) : both.centre();
   std::vector<Acquisition> moved_views(views.begin(), views.end());
   for (Acquisition& view : moved_views) view.aim_m -= centre_m;

@@ -33,7 +33,7 @@ std::vector<SurfaceSample> sample_surface(const SurfaceMesh& mesh, std::size_t n
   if (!(total_m2 > 0.0)) return samples;
   samples.reserve(n);
 
-  double end_m2 = 0.0;  // area up to and with triangle t
+  double end_m2 = 0.0;  // area up to and including triangle t
   for (std::uint32_t t = 0; t < mesh.triangles.size() && samples.size() < n; ++t) {
     const glm::uvec3& corners = mesh.triangles[t];
     const glm::dvec3 area = area_vector(mesh, corners);
@@ -41,7 +41,7 @@ std::vector<SurfaceSample> sample_surface(const SurfaceMesh& mesh, std::size_t n
     if (!(area_m2 > 0.0)) continue;
     end_m2 += area_m2;
     while (samples.size() < n) {
-      // Anywhere in its stratum: at equal steps a mesh of equal triangles would give always the same ones.
+      // Anywhere in its stratum: equal steps would always select the same ones of equal triangles.
       const std::size_t m = samples.size();
       const double at_m2 = (static_cast<double>(m) + step(m, kRatio)) * (total_m2 / static_cast<double>(n));
       if (at_m2 >= end_m2) break;
@@ -63,7 +63,7 @@ namespace {
 /// In units of half the diagonal: a hundred times the rounding of float32, and 0.1 mm on a house.
 constexpr double kLift = 1e-5;
 
-/// Sides of a box that the view only grazes have |n·d| of some 1e-16, or 1e-6 from a file of six digits.
+/// Sides of a box along the line of sight have |n·d| of some 1e-16, or 1e-6 from a file of six digits.
 constexpr double kLeastFacing = 1e-4;
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
@@ -128,7 +128,7 @@ std::vector<std::uint8_t> Sight::seen(std::span<const SurfaceSample> samples, st
   std::atomic<std::uint64_t> n_done{0};
   parallel_for(samples.size(), 1024, [&](std::size_t begin, std::size_t end, int worker) {
     monitor.check();
-    std::size_t last = 0;  // the view that saw the sample before sees most likely its neighbour
+    std::size_t last = 0;  // the view that saw the previous sample most likely sees its neighbour
     for (std::size_t n = begin; n < end; ++n) {
       for (std::size_t m = 0; m < all.size() && seen[n] == 0; ++m) {
         const std::size_t view = (last + m) % all.size();

@@ -22,14 +22,14 @@ struct SurfaceSample {
   std::uint32_t triangle;
 };
 
-/// n points that stand for equal areas each: one per n-th of the surface's area, triangle after triangle, spread
-/// within strata and triangles by a sequence of low discrepancy. Always the same for the same mesh; none when it
-/// has no area. Expects corners that exist and finite coordinates.
+/// n points that each represent an equal area: one per stratum, an n-th of the surface's area, triangle after triangle,
+/// spread within strata and triangles by a low-discrepancy sequence. Always the same for the same mesh; empty when it
+/// has no area. Expects valid vertex indices and finite coordinates.
 std::vector<SurfaceSample> sample_surface(const SurfaceMesh& mesh, std::size_t n);
 
-/// What lies open on a surface, and what of it radars can see, by rays. Rays run in float32 coordinates about the
-/// middle of the surface's box, in units of half its diagonal, so that neither offset nor scale of the world
-/// matters.
+/// Determines by rays which samples of a surface are buried, and which of them radars can see. Rays use float32
+/// coordinates relative to the centre of the surface's box, in units of half its diagonal, so that neither offset nor
+/// scale of the world matters.
 class Sight {
  public:
   /// The mesh, whose box is `box_m`, must outlive this. Its first `n_solid` triangles bound closed pieces and are
@@ -57,7 +57,7 @@ class Sight {
   glm::dvec3 centre_m_;
   double unit_m_;
   std::size_t n_solid_;
-  std::vector<glm::vec3> vertices_;  ///< one more than the mesh has, as RayTracer wants
+  std::vector<glm::vec3> vertices_;  ///< one more than the mesh has, which RayTracer needs
   RayTracer tracer_;
 };
 

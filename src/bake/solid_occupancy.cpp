@@ -16,15 +16,15 @@ namespace {
 using Leaf = openvdb::FloatTree::LeafNodeType;
 static_assert(Leaf::DIM == kBrickSide);
 
-/// Of the power of the median layer: less is stray. Faint walls under a bright roof are not.
+/// Layers with less than this fraction of the median layer's power are stray. Faint walls under a bright roof have more.
 constexpr double kStray = 0.02;
 
-/// Voxels between places that are looked at first.
+/// Voxels between the points of a leaf that are tested first.
 constexpr int kStride = 4;
 
 enum class State : std::uint8_t { empty, full, mixed };
 
-/// Falls from 1 to 0 over two voxels; half at height 0.
+/// Rises from 0 to 1 over two voxels; ½ at height 0.
 float ramp(double height_m, double voxel_m) {
   return static_cast<float>(std::clamp(0.5 + 0.5 * height_m / voxel_m, 0.0, 1.0));
 }
@@ -52,7 +52,7 @@ openvdb::FloatGrid::Ptr solid_occupancy(std::span<const ReturnMap> maps, double 
     return first + glm::ivec3(static_cast<int>(l / n_yz), static_cast<int>(l % n_yz / n_z), static_cast<int>(l % n_z));
   };
 
-  // Leaves with matter are looked at voxel by voxel; so are those whose corners and middles differ.
+  // Occupied leaves are tested voxel by voxel; so are those whose corners and midpoints differ.
   std::vector<State> states(n_leaves, State::empty);
   for (const glm::ivec3& brick : bricks_with_matter(matter, of_matter, lattice)) {
     const glm::ivec3 at = brick - first;
@@ -119,7 +119,7 @@ std::optional<double> bottom_of_returns_m(std::span<const ReturnMap> maps, doubl
   if (returns.empty()) return std::nullopt;
   const auto [low, high] =
       std::minmax_element(returns.begin(), returns.end(), [](const auto& a, const auto& b) { return a.point_m.y < b.point_m.y; });
-  // Half a voxel a layer; those of the window lie above the last one, too, and are empty there.
+  // Layers are half a voxel high. Above the last one lie as many empty ones as the window has.
   constexpr std::size_t kWindow = 10;
   const double layer_m = 0.5 * voxel_m, first_m = low->point_m.y;
   const auto n = static_cast<std::size_t>((high->point_m.y - first_m) / layer_m) + 1;
@@ -136,7 +136,7 @@ std::optional<double> bottom_of_returns_m(std::span<const ReturnMap> maps, doubl
   for (std::size_t layer = 0; layer < n; ++layer) {
     const double half = half_of_above(layer);
     if (power[layer] < least || power[layer] < half) continue;
-    // Between the middle of the layer before, which is below half, and that of this one.
+    // Interpolated between the middle of the layer below, whose power is less than half, and that of this one.
     const double before = layer > 0 ? power[layer - 1] : 0.0;
     const double part = power[layer] > before ? std::clamp((half - before) / (power[layer] - before), 0.0, 1.0) : 1.0;
     return first_m + layer_m * (static_cast<double>(layer) - 0.5 + part);

@@ -15,7 +15,7 @@ namespace sarnerf {
 
 namespace {
 
-/// Which places of a body are full, `step_m` apart, layer by layer along y; with a margin of one that is empty.
+/// Full points of a body, sampled `step_m` apart, in layers along y; with an empty margin of one point.
 class BodyPlaces {
  public:
   BodyPlaces(const openvdb::FloatGrid& occupancy, const GridTransform& to_volume, double step_m);
@@ -32,13 +32,13 @@ class BodyPlaces {
     return glm::all(glm::greaterThanEqual(p, glm::ivec3(0))) && glm::all(glm::lessThan(p, size_));
   }
   bool full(const glm::ivec3& p) const { return holds(p) && full_[index(p)] != 0; }
-  /// Whether a full place has an empty one beside it in its layer.
+  /// Whether a full point has an empty neighbour in its layer.
   bool at_side(const glm::ivec3& p) const {
     return !(full({p.x - 1, p.y, p.z}) && full({p.x + 1, p.y, p.z}) && full({p.x, p.y, p.z - 1}) &&
              full({p.x, p.y, p.z + 1}));
   }
 
-  /// Calls visit(place) for every one that is full, threads by slabs.
+  /// Calls visit(place) for every full point, slabs in parallel.
   template <class Visit>
   void for_each_full(const Monitor& monitor, Visit&& visit) const {
     parallel_for(static_cast<std::size_t>(size_.x), 1, [&](std::size_t begin, std::size_t end, int) {
@@ -78,21 +78,21 @@ BodyPlaces::BodyPlaces(const openvdb::FloatGrid& occupancy, const GridTransform&
   });
 }
 
-/// Share of the views to which a surface returns power, and how near it they do, in steps between places.
+/// A side is seen if at least this fraction of the views have a hit near it, within so many steps between points.
 constexpr double kSeen = 0.1, kNear = 0.75;
 
-/// Horizontal directions that are asked, and the share of them that makes a place one of the body.
+/// Horizontal directions that are tested, and the fraction of them in which a point of the body must be bounded.
 constexpr int kDirections = 16;
 constexpr float kBounded = 0.5f;
 
-/// Where so many of a slice's sides are seen, the rest of them is wall, too, if a dark one.
+/// If more than this fraction of a slice's sides are seen, the rest is dark wall.
 constexpr double kMostlySeen = 0.7;
 
-/// The lowest layers of a part, and the share of their sides that has to be seen to tell what it stands on.
+/// Lowest layers of a part, and the fraction of their sides that must be seen to determine what the part stands on.
 constexpr int kLowLayers = 3;
 constexpr double kStandsOnSeen = 0.05;
 
-/// Which places at the body's sides return power to views.
+/// Which points at the body's sides return power to at least kSeen of the views.
 std::vector<std::uint8_t> seen_sides(const BodyPlaces& places, std::span<const ReturnMap> maps, double near_m,
                                      const Monitor& monitor) {
   std::vector<std::uint8_t> seen(places.n(), 0);
@@ -106,7 +106,7 @@ std::vector<std::uint8_t> seen_sides(const BodyPlaces& places, std::span<const R
   return seen;
 }
 
-/// Share of the horizontal directions in which a place is behind a seen side.
+/// Fraction of the horizontal directions in which a point is behind a seen side.
 float share_bounded(const BodyPlaces& places, const std::vector<std::uint8_t>& seen, const glm::ivec3& from) {
   int n_bounded = 0;
   for (int d = 0; d < kDirections; ++d) {
@@ -117,7 +117,7 @@ float share_bounded(const BodyPlaces& places, const std::vector<std::uint8_t>& s
       if (!places.full(next)) break;
       last = next;
     }
-    bool bounded = false;  // a way that grazes a corner leaves by a neighbour
+    bool bounded = false;  // a path that grazes a corner leaves by a neighbour
     for (int x = -1; x <= 1 && !bounded; ++x)
       for (int z = -1; z <= 1 && !bounded; ++z) {
         const glm::ivec3 side = last + glm::ivec3(x, 0, z);
@@ -128,7 +128,7 @@ float share_bounded(const BodyPlaces& places, const std::vector<std::uint8_t>& s
   return static_cast<float>(n_bounded) / kDirections;
 }
 
-/// Full places that hang together through the given neighbours; calls visit(places of a piece) for each.
+/// Calls visit(points) for each connected component of full points under the given neighbourhood.
 template <class Visit>
 void for_each_piece(const BodyPlaces& places, std::span<const glm::ivec3> neighbours, Visit&& visit) {
   std::vector<std::uint8_t> found(places.n(), 0);
@@ -150,11 +150,11 @@ void for_each_piece(const BodyPlaces& places, std::span<const glm::ivec3> neighb
       }
 }
 
-/// Those of one layer come first.
+/// Neighbours in the same layer come first.
 constexpr std::array<glm::ivec3, 6> kNeighbours = {glm::ivec3(-1, 0, 0), glm::ivec3(1, 0, 0),  glm::ivec3(0, 0, -1),
                                                    glm::ivec3(0, 0, 1),  glm::ivec3(0, -1, 0), glm::ivec3(0, 1, 0)};
 
-/// Share of the sides of a piece, up to a layer, that are seen.
+/// Fraction of a piece's sides, up to the layer `highest`, that are seen.
 double share_seen(const BodyPlaces& places, const std::vector<std::uint8_t>& seen, std::span<const glm::ivec3> piece,
                   int highest) {
   std::size_t n_sides = 0, n_seen = 0;
@@ -163,7 +163,7 @@ double share_seen(const BodyPlaces& places, const std::vector<std::uint8_t>& see
   return n_sides == 0 ? 0.0 : static_cast<double>(n_seen) / static_cast<double>(n_sides);
 }
 
-/// What is taken out is open below. The lowest place of a column is as the next one: half of it may be in the ground.
+/// Keeps all above a kept point. A column's lowest point takes the value of the next: half of it may be in the ground.
 void keep_above_matter(const BodyPlaces& places, std::vector<float>& share) {
   const glm::ivec3 n = places.size();
   for (int x = 0; x < n.x; ++x)
@@ -179,7 +179,7 @@ void keep_above_matter(const BodyPlaces& places, std::vector<float>& share) {
     }
 }
 
-/// How far places are bounded, linear between them; outside of the body as beside it.
+/// Bounded fraction, interpolated linearly between full points; empty points are ignored.
 class Boundedness {
  public:
   Boundedness(const BodyPlaces& places, const std::vector<float>& share) : places_(places), share_(share) {}
@@ -229,7 +229,7 @@ void leave_out_unbounded(openvdb::FloatGrid& occupancy, const GridTransform& to_
 
   keep_above_matter(places, share);
 
-  // Leaves that hold or touch a place that is not bounded.
+  // Leaves that contain or touch a point that is not bounded.
   std::vector<openvdb::Coord> origins;
   for (int x = 0; x < places.size().x; ++x)
     for (int y = 0; y < places.size().y; ++y)

@@ -15,7 +15,7 @@ namespace sarnerf {
 
 namespace {
 
-/// A ray of a map, and what it returned in the list that says where the bottom is.
+/// A ray of a map, and an allowance for its ReturnMap::Return (56 bytes, only of rays with power) in the list of returns.
 constexpr double kBytesPerRay = 12.0 + 16.0;
 
 double rays_of(const Acquisition& view, const Box& box_m, double spacing_m) {
@@ -64,7 +64,7 @@ openvdb::FloatGrid::Ptr channel(const LearnedVolume& volume, int c, const openvd
     auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
     for (int v = 0; v < kBrickVoxels; ++v) {
       const float* const value = view.voxel(b, v);
-      // A voxel is there or not in all grids alike.
+      // Voxels are active in all grids or in none.
       if (std::any_of(value, value + view.n_channels, [](float x) { return x != 0.0f; }))
         leaf->setValueOn(static_cast<openvdb::Index>(v), value[c]);
     }
@@ -115,7 +115,7 @@ void describe(VdbScene& volume, const Model& model, const ExtractOptions& option
   volume.set_metadata("dataset", info.dataset);
   volume.set_metadata("dataset_sha256", info.dataset_sha256);
   if (!options.model_sha256.empty()) volume.set_metadata("model_sha256", options.model_sha256);
-  // As render_view() has it.
+  // As in render_view().
   if (options.resolution == 0 && model.field->kind() == "grid") volume.set_metadata("longest_segment_voxels", 1.0);
   volume.set_metadata("body", std::string(options.body == Body::solid ? "solid" : "shell"));
   volume.set_metadata("threshold_per_m", extraction.threshold_per_m);

@@ -15,13 +15,13 @@
 namespace sarnerf {
 namespace {
 
-constexpr double kSeenSmall = 5.0;      ///< distance over radius from which a piece of border is a dipole
+constexpr double kSeenSmall = 5.0;      ///< distance over radius above which a piece of border is a dipole
 constexpr std::uint32_t kLeafEdges = 4;
 constexpr double kInside = 0.5;
-constexpr int kSteps = 16;              ///< of a column of the box
+constexpr int kSteps = 16;              ///< along a column of the box
 constexpr double kRootTolerance = 1e-3; ///< in spacings of the columns
 
-/// Of the spherical triangle a, b, zenith as seen from the origin (steradians).
+/// Solid angle (sr) of the spherical triangle a, b, zenith as seen from the origin.
 double curtain_angle(const glm::dvec3& a, const glm::dvec3& b) {
   const double length_a = glm::length(a), length_b = glm::length(b);
   // a · (b × z) with z = (0, 1, 0).
@@ -29,7 +29,7 @@ double curtain_angle(const glm::dvec3& a, const glm::dvec3& b) {
   return 2.0 * std::atan2(volume, length_a * length_b + glm::dot(a, b) + b.y * length_a + a.y * length_b);
 }
 
-/// Each vertex's number among places.
+/// For each vertex, the index of one vertex with its coordinates, the same for all that have them.
 std::vector<std::uint32_t> welded(const std::vector<glm::dvec3>& vertices_m) {
   std::vector<std::uint32_t> order(vertices_m.size()), place(vertices_m.size());
   for (std::uint32_t v = 0; v < order.size(); ++v) order[v] = v;
@@ -40,10 +40,10 @@ std::vector<std::uint32_t> welded(const std::vector<glm::dvec3>& vertices_m) {
   return place;
 }
 
-/// Edges that triangles pass more often one way than the other, so often, by their beginning.
+/// Edges that triangles traverse more often one way than the other, by that excess, keyed by their first vertex.
 std::multimap<std::uint32_t, std::uint32_t> border_edges(const SurfaceMesh& mesh) {
   const std::vector<std::uint32_t> place = welded(mesh.vertices_m);
-  std::vector<std::tuple<std::uint32_t, std::uint32_t, int>> edges;  // ends, ascending, and the way
+  std::vector<std::tuple<std::uint32_t, std::uint32_t, int>> edges;  // ends, ascending, and the direction
   edges.reserve(3 * mesh.triangles.size());
   for (const glm::uvec3& t : mesh.triangles) {
     for (int corner = 0; corner < 3; ++corner) {
@@ -78,7 +78,7 @@ struct Line {
 
   double border_at(double y_m) const { return border.empty() ? 0.0 : border.at({x_m, y_m, z_m}); }
 
-  /// Where turns + border passes 1/2 between two heights on whose sides of it it lies.
+  /// Height between `inside_m` and `outside_m` where turns + border passes 1/2, by bisection.
   double passed_m(int turns, double inside_m, double outside_m) const {
     while (std::abs(outside_m - inside_m) > kRootTolerance * spacing_m) {
       const double middle_m = 0.5 * (inside_m + outside_m);
@@ -134,7 +134,7 @@ BorderWinding::BorderWinding(const SurfaceMesh& mesh) {
   std::multimap<std::uint32_t, std::uint32_t> edges = border_edges(mesh);
   n_edges_ = edges.size();
   std::vector<Loop> loops;
-  // As many edges end at a vertex as begin there: whoever follows them comes back.
+  // As many edges end at a vertex as begin there: following them leads back to the first vertex.
   while (!edges.empty()) {
     Loop loop;
     loop.first = static_cast<std::uint32_t>(points_m_.size());
@@ -212,7 +212,7 @@ std::uint32_t BorderWinding::build_piece(std::uint32_t first, std::uint32_t last
 }
 
 bool BorderWinding::seen_small(const Node& node, const glm::dvec3& p) const {
-  // Above the triangles of the dipole, the curtains of the edges and that of the straight one go round different ways.
+  // Above the dipole's triangles, the edges' curtains and that of the straight edge may pass p on different sides.
   const Box& box = node.box_m;
   const bool above = p.y >= box.min.y && p.x >= box.min.x && p.x <= box.max.x && p.z >= box.min.z && p.z <= box.max.z;
   const glm::dvec3 away_m = node.centre_m - p;
@@ -222,7 +222,7 @@ bool BorderWinding::seen_small(const Node& node, const glm::dvec3& p) const {
 double BorderWinding::at(const glm::dvec3& p) const {
   if (nodes_.empty()) return 0.0;
   double angle = 0.0;
-  // Halves of halves: groups of 2³² loops and loops of 2³² edges are more than there can be.
+  // Groups and loops are halved repeatedly: fewer than 2³² loops take 32 levels, and fewer than 2³² edges another 32.
   std::uint32_t open[65];
   int n_open = 0;
   open[n_open++] = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Own writers: CGAL's keep neither comments nor, unless told how many, the digits of doubles.
+// Own writers: CGAL's write no comments and, by default, too few digits of doubles.
 #include "sarnerf/bake/surface_mesh.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ std::string lower_case_ending(const std::filesystem::path& path) {
   return ending;
 }
 
-/// The comments' lines, each behind `mark`.
+/// The comment lines, each after `mark`.
 std::string comments(const char* mark, std::string_view provenance) {
   std::string text = std::string(mark) + " sarnerf surface\n" + mark + " units: m\n" + mark + " up axis: Y\n";
   while (!provenance.empty()) {
@@ -58,7 +58,7 @@ std::string ply_bytes(const SurfaceMesh& mesh, std::string_view provenance) {
   return bytes;
 }
 
-/// Shortest digits that name the number and no other; the same in every locale.
+/// Shortest digits that identify the number; the same in every locale.
 template <class T>
 void append_number(std::string& text, T value) {
   std::array<char, 32> digits;
@@ -66,7 +66,7 @@ void append_number(std::string& text, T value) {
 }
 
 std::string obj_text(const SurfaceMesh& mesh, std::string_view provenance) {
-  // The empty line takes the harm from a comment that ends in a backslash, which continues a line.
+  // A comment that ends in a backslash continues on the next line, which is therefore empty.
   std::string text = comments("#", provenance) + "\n";
   for (const glm::dvec3& vertex : mesh.vertices_m) {
     text += 'v';

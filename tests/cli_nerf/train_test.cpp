@@ -171,7 +171,7 @@ TEST_CASE("options of training are checked before anything is written") {
   refused({"--option", "voxel_size_m=1e-5"}, "use larger ones");
   refused({"--max-memory", "1M"}, "--max-memory");
   refused({"--stops", "3"}, "--steps?");
-  refused({"--smoothness", "validated"}, "--smoothness is of an older version: use --option smooth_angular=");
+  refused({"--smoothness", "validated"}, "--smoothness is of an older version: its rule was dropped, leave it out");
   refused({"--window", "hann"}, "give its --resolution too");
   refused({"--resolution", "-1"}, "--resolution");
   refused({"--resolution", "0.9", "--window", "tailor"}, "taylor");

@@ -171,15 +171,3 @@ TEST_CASE("what neither shines nor casts a shadow within the image is carved") {
   }
   CHECK(n == 0);
 }
-
-TEST_CASE("the smoothness prior falls as views and looks grow") {
-  const auto smoothness_of = [](int n_views, double looks) {
-    return default_options(training_set(speckled_scene(n_views, looks), ground_scene_box()), "grid").grid.smooth_angular;
-  };
-  const double one = smoothness_of(36, 1.0);
-  CHECK(smoothness_of(18, 1.0) == Approx(2.0 * one).epsilon(0.1));
-  CHECK(smoothness_of(36, 4.0) == Approx(0.25 * one).epsilon(0.2));
-  // Images without speckle have 50 looks or more.
-  CHECK(default_options(ground_scene_set(36), "grid").grid.smooth_angular < one / 30.0);
-  CHECK(default_options(small_set(12), "grid").grid.smooth_angular == 0.0);
-}

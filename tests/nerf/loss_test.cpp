@@ -40,20 +40,6 @@ RowBatch batch_of(const TrainingSet& set, std::span<const RowReference> rows) {
   return batch;
 }
 
-/// A block of n³ active voxels.
-GridField small_field_of(int n) {
-  GridField field(GridTransform{}, 0, 1.0);
-  BrickTopology topology;
-  std::vector<std::uint8_t> active;
-  for (int b = 0; b < n / kBrickSide * (n / kBrickSide) * (n / kBrickSide); ++b) {
-    const int side = n / kBrickSide;
-    topology.insert({b / (side * side), b / side % side, b % side});
-    active.insert(active.end(), kBrickVoxels, 1);
-  }
-  field.set_voxels(std::move(topology), active, torch::zeros({n * n * n}), torch::zeros({n * n * n, 1}));
-  return field;
-}
-
 torch::Tensor random_pixels(std::size_t n, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> value(0.02f, 0.5f);
@@ -150,56 +136,6 @@ TEST_CASE("the gradient through a response agrees with central differences of th
     constexpr double kStep = 0.5;
     CHECK((moved(n, kStep) - moved(n, -kStep)) / (2.0 * kStep) == Approx(loss.gradient[n].item<double>()).epsilon(2e-3));
   }
-}
-
-TEST_CASE("smoothness is half the sum over pairs of neighbours, and its gradient that of its value") {
-  GridField field = small_grid(21);
-  const Neighbourhood neighbours(field);
-  const std::vector<float> weight(static_cast<std::size_t>(field.channels().n_source()), 0.3f);
-  const std::vector<float> all(field.n_active(), 1.0f);
-  const torch::NoGradGuard no_grad;
-  torch::Tensor b = field.coefficients.detach().clone();
-  torch::Tensor gradient = torch::zeros_like(b), unused = torch::zeros_like(b);
-  const double value = neighbours.smoothness(b.data_ptr<float>(), weight, all, gradient.data_ptr<float>());
-  REQUIRE(value > 0.0);
-  const torch::Tensor direction = gradient / gradient.norm();
-  const auto along = [&](double step) {
-    const torch::Tensor there = (b + step * direction).contiguous();
-    return neighbours.smoothness(there.data_ptr<float>(), weight, all, unused.data_ptr<float>());
-  };
-  // A quadratic form: central differences are exact, and a half of its gradient at b is its value.
-  CHECK((along(0.5) - along(-0.5)) == Approx(gradient.norm().item<double>()).epsilon(1e-4));
-  CHECK(0.5 * (gradient * b).sum().item<double>() == Approx(value).epsilon(1e-5));
-  // As a plain double sum, over more voxels than a thread takes at a time.
-  const GridField large = small_field_of(24);
-  const Neighbourhood of_large(large);
-  const std::vector<float> everywhere(large.n_active(), 1.0f), one_weight(1, 1.0f);
-  REQUIRE(large.n_active() == 24 * 24 * 24);
-  std::vector<float> a(large.n_active()), ignored(large.n_active());
-  std::map<std::array<int, 3>, double> at;
-  for (std::size_t n = 0; n < a.size(); ++n) {
-    a[n] = std::sin(0.37f * static_cast<float>(n));
-    const glm::ivec3 v = large.topology().coordinate(large.active_voxels()[n] / kBrickVoxels) * kBrickSide +
-                         voxel_in_brick(large.active_voxels()[n]);
-    at[{v.x, v.y, v.z}] = double{a[n]};
-  }
-  double expected = 0.0;
-  for (const auto& [v, own] : at)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::array<int, 3> next = v;
-      ++next[axis];
-      if (at.count(next) != 0) expected += 0.5 * (own - at[next]) * (own - at[next]);
-    }
-  CHECK(of_large.smoothness(a.data(), one_weight, everywhere, ignored.data()) == Approx(expected).epsilon(1e-6));
-
-  // Voxels without a ray of the batch keep their place, and are neighbours all the same.
-  std::vector<float> one(field.n_active(), 0.0f);
-  one[7] = 1.0f;
-  torch::Tensor of_one = torch::zeros_like(b);
-  CHECK(neighbours.smoothness(b.data_ptr<float>(), weight, one, of_one.data_ptr<float>()) == Approx(value));
-  CHECK(torch::equal(of_one[7], gradient[7]));
-  of_one[7].zero_();
-  CHECK(of_one.abs().max().item<float>() == 0.0f);
 }
 
 TEST_CASE("a field that is lost is found out over a ground as without one, and a black one is not lost") {

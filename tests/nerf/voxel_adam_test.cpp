@@ -20,7 +20,7 @@ TEST_CASE("voxels that are met move as LibTorch's Adam moves them; the others st
   };
   torch::optim::Adam reference({group(density, 0.3), group(source, 0.05)});
   VoxelAdam adam(field);
-  std::vector<float> share(field.n_active(), 1.0f);
+  std::vector<std::uint8_t> moves(field.n_active(), 1);
   torch::manual_seed(4);
   for (int step = 0; step < 6; ++step) {
     const torch::Tensor dd = torch::randn_like(density.detach()), ds = 1e-6 * torch::randn_like(source.detach());
@@ -28,16 +28,16 @@ TEST_CASE("voxels that are met move as LibTorch's Adam moves them; the others st
     field.coefficients.mutable_grad() = ds.clone();
     density.mutable_grad() = dd.clone();
     source.mutable_grad() = ds.clone();
-    adam.step(field, share, {0.3, 0.05});
+    adam.step(field, moves, {0.3, 0.05});
     reference.step();
   }
   CHECK((field.log_depth - density).abs().max().item<float>() < 1e-5f);
   CHECK((field.coefficients - source).abs().max().item<float>() < 1e-5f);
 
   const torch::Tensor before = field.log_depth.detach().clone(), source_before = field.coefficients.detach().clone();
-  std::fill(share.begin(), share.end(), 0.0f);
-  share[3] = 0.5f;
-  adam.step(field, share, {0.3, 0.05});
+  std::fill(moves.begin(), moves.end(), std::uint8_t{0});
+  moves[3] = 1;
+  adam.step(field, moves, {0.3, 0.05});
   const torch::Tensor moved = (field.log_depth - before).abs();
   CHECK(moved[3].item<float>() > 0.0f);
   CHECK((moved > 0.0f).sum().item<std::int64_t>() == 1);

@@ -19,19 +19,20 @@ struct SurfaceMesh {
   std::vector<glm::uvec3> triangles;
 };
 
-/// Throws UsageError unless the path ends in .ply or .obj, in letters of either case; for asking before long work.
+/// Throws UsageError unless the path ends in .ply or .obj, in upper or lower case. To be called before long work.
 void require_mesh_ending(const std::filesystem::path& path);
 
-/// Writes the surface as binary PLY (little-endian, float64 coordinates) or OBJ (as many digits as name each double),
-/// by the path's ending, replacing what was there once all is written. load_scene() reads back the very same triangles, in
-/// map coordinates too, and numbers vertices anew unless triangles name them in their order, as level_surface() does.
+/// Writes the surface as binary PLY (little-endian, float64 coordinates) or OBJ (the shortest digits that identify each
+/// double), by the path's ending. An existing file is replaced once the new one is complete. load_scene() reads back exactly
+/// the same triangles, in map coordinates, too. It renumbers vertices, unless they are in the order in which triangles first
+/// use them, as those of level_surface() are.
 ///
-/// Comments at the top say units (m), up axis (Y) and `provenance`, one comment per line of it; the time and other
+/// Comments at the top state units (m), up axis (Y) and `provenance`, one comment per line of it. The time and other
 /// things that differ from run to run are not written, so the same mesh and provenance give the same bytes.
 ///
-/// Throws UsageError for another ending, before anything is written, and for more than 2³¹ vertices, which no reader
-/// of PLY takes; Error for a full disk or a folder that cannot be written. Cost: the file once in memory, 24 bytes a
-/// vertex and 13 a triangle as PLY, some twice as many as OBJ.
+/// Throws UsageError for another ending, before anything is written, and for 2³¹ vertices or more, which no reader of PLY
+/// accepts; Error for a full disk or a folder that cannot be written. Cost: the file once in memory, 24 bytes a vertex and
+/// 13 a triangle as PLY, about twice as many as OBJ.
 void write_mesh(const SurfaceMesh& mesh, const std::filesystem::path& path, std::string_view provenance = {});
 
 struct PreviewOptions {
@@ -43,13 +44,13 @@ struct PreviewOptions {
 
 /// One picture of a surface on white ground: at the left an oblique view, at the right from top to bottom the surface
 /// from above (X to the right, Z down), from the front (from +Z: X to the right, Y up) and from the side (from +X: −Z
-/// to the right, Y up). All four are orthographic and say what they show; the three share one scale and a scale bar of
-/// 1, 2 or 5 × 10ⁿ metres, and small arrows name the axes, red for X, green for Y, blue for Z. Facets are shaded by
-/// how they lean towards a light behind the viewer's left shoulder, over an even light from all around, and
-/// grow paler with depth. What is seen from behind, which a closed surface does not show, is red.
+/// to the right, Y up). All four are orthographic and labelled; the three share one scale. Each has a scale bar of
+/// 1, 2 or 5 × 10ⁿ metres and small arrows along the axes, red for X, green for Y, blue for Z. Facets are shaded by
+/// their inclination to a light behind the viewer's left shoulder, plus ambient light, and grow paler with depth.
+/// Back faces, which a closed surface does not show, are red.
 ///
-/// Row i is the picture's line from the top, column j its pixel from the left. 2 × 2 rays a pixel, one surface each, by
-/// RayTracer in float32 relative to the surface's middle. An empty mesh gives a white picture. Throws UsageError for
+/// Row i is the picture's line from the top, column j its pixel from the left. 2 × 2 rays a pixel, nearest hits only, by
+/// RayTracer in float32 relative to the centre of the surface's box. An empty mesh gives a white picture. Throws UsageError for
 /// fewer pixels than 200 a side, more than 16384, or an angle that is not finite. Cost: 0.5 s at 1200 × 900 on one
 /// thread, and Embree's tree of the triangles.
 Image<Colour> preview(const SurfaceMesh& mesh, const PreviewOptions& options = {});

@@ -19,31 +19,30 @@ namespace sarnerf {
 /// How the field `grid` is laid out and learned.
 struct GridOptions {
   double voxel_size_m = 0.2;
-  int n_levels = 2;         ///< voxels begin 2^(n_levels − 1) times as large and are halved on the way
-  int level_steps = 25;         ///< fewest steps with voxels of one size before they are halved
-  int refine_steps_left = 60;   ///< they are not, unless so many more are to come at the pace of those so far
+  int n_levels = 2;         ///< initial voxels are 2^(n_levels − 1) times as large, and are halved during the training
+  int level_steps = 25;         ///< smallest number of steps with voxels of one size before they are halved
+  int refine_steps_left = 60;   ///< voxels are halved only if this many steps remain at the present pace
   int harmonics_degree = 1;  ///< of the directional brightness, 0 to 2
   double density_rate = 0.3, source_rate = 0.05;  ///< largest learning rates of a and b_lm
-  double initial_depth = 0.3;       ///< two-way optical depth of a voxel to begin with
-  double initial_brightness = 0.3;  ///< of the scale
-  double prune_depth = 0.03;        ///< voxels of less two-way depth are given up
-  double prune_from = 0.0;          ///< progress before which nothing is given up
-  int n_prunings = 12;              ///< in the course of the training
-  /// Share of the brightness that goes with every step, over source_rate; falls by the next. Thin fog that is bright
-  /// and opaque matter that is less so may give the same image: what decays has to become opaque to stay.
+  double initial_depth = 0.3;       ///< initial two-way optical depth of a voxel
+  double initial_brightness = 0.3;  ///< in units of the scale s
+  double prune_depth = 0.03;        ///< voxels of less two-way depth are removed
+  double prune_from = 0.0;          ///< progress before which no voxels are removed
+  int n_prunings = 12;              ///< number of prunings during the training
+  /// Initial weight decay of the brightness: fraction lost per step, divided by the source's learning rate. Bright translucent
+  /// voxels and less bright opaque ones may give the same image; under decay, voxels must become opaque to keep their power.
   double brightness_decay = 0.0;
-  double final_brightness_decay = 0.03;  ///< its share at the end
-  double smooth_angular = 0.0;      ///< weight of squared differences of b_lm, l > 0, between neighbouring voxels
+  double final_brightness_decay = 0.03;  ///< fraction of brightness_decay at the end; exponential in between
 };
 
-/// The field `grid` of SAR-NeRF: optical density and directional brightness on a sparse grid of voxels. LibTorch
-/// holds its parameters, a number a and numbers b_lm for every active voxel:
+/// The field `grid` of SAR-NeRF: optical density and directional brightness on a sparse grid of voxels. Its
+/// parameters, in tensors of LibTorch, are a and b_lm for every active voxel:
 ///
 ///     κ = e^a / (2 Δ)          two-way depth e^a per voxel side Δ
 ///     γ_lm = s b_lm            coefficients of the brightness, s the scale of the images
 ///
-/// and between voxels as sample_field() has it. The exponential lets a voxel go from fog to an opaque wall in as
-/// many steps as back, and keeps a gradient at every density. Voxels that are not active have κ = γ = 0: they are
+/// sample_field() interpolates κ and γ_lm between voxels. Due to the exponential, a voxel takes as many steps from
+/// translucent to opaque as back, and has a gradient at every density. Inactive voxels have κ = γ = 0: they are
 /// neither sampled nor learned.
 ///
 /// The frame is world axes centred on the aim point.
@@ -51,9 +50,9 @@ class GridField : public LearnedField {
  public:
   GridField(const GridTransform& transform, int harmonics_degree, double source_scale);
 
-  /// Makes the marked voxels, `active` [512 n_bricks] not 0, the field's, with parameters [n_active] and
+  /// Replaces the field's voxels by those whose `active` [512 n_bricks] is not 0, with parameters [n_active] and
   /// [n_active, n_harmonics] in their order. The tensors log_depth and coefficients stay the same objects, so that
-  /// an optimiser that knows them goes on.
+  /// an optimiser that holds them remains valid.
   void set_voxels(BrickTopology topology, std::span<const std::uint8_t> active,
                   const torch::Tensor& new_log_depth, const torch::Tensor& new_coefficients);
 
@@ -73,7 +72,7 @@ class GridField : public LearnedField {
   const Occupancy& occupancy() const { return *occupancy_; }
   double source_scale() const { return source_scale_; }  ///< s
 
-  /// Place of each active voxel in arrays over the topology: ascending.
+  /// Index of each active voxel in arrays over the topology, ascending.
   std::span<const std::uint32_t> active_voxels() const { return active_; }
   std::size_t n_active() const { return active_.size(); }
   std::size_t n_voxels() const { return topology_.n_bricks() * kBrickVoxels; }
@@ -81,11 +80,11 @@ class GridField : public LearnedField {
   /// Parameters a [n_active] and b [n_active, n_harmonics], float32, requiring gradients.
   torch::Tensor log_depth, coefficients;
 
-  /// What rays end on, if anything.
+  /// Ground on which rays end; null if there is none.
   std::shared_ptr<const LevelGround> ground;
 
-  /// κ (1/m) and γ_lm as a grid: [n_voxels × (1 + n_harmonics)]. The second writes those of active voxels into an
-  /// array that holds zeros elsewhere, or makes it.
+  /// κ (1/m) and γ_lm as a grid: [n_voxels × (1 + n_harmonics)]. The second writes only the values of active voxels, into
+  /// an array that must hold zeros elsewhere; an array of another size is replaced.
   std::vector<float> values() const;
   void values(std::vector<float>& out) const;
 
@@ -93,10 +92,10 @@ class GridField : public LearnedField {
     return {&topology_, transform_, channels_.count(), values};
   }
 
-  /// Derivatives by the values of active voxels, [n_active × (1 + n_harmonics)], to derivatives by the parameters.
+  /// Converts derivatives by the values of active voxels, [n_active × (1 + n_harmonics)], to derivatives by the parameters.
   void parameter_gradients(std::span<const float> d_active, float* d_log_depth, float* d_coefficients) const;
 
-  /// Memory of rendering passes that are over, for the next ones: of the size of this layout of voxels.
+  /// Memory of finished rendering passes, reused by later ones. Its size fits the present voxels.
   struct Memory {
     std::vector<float> values, d_active;
     std::shared_ptr<RowMemory> rows;
@@ -113,12 +112,12 @@ class GridField : public LearnedField {
   std::shared_ptr<std::vector<Memory>> idle_memory_;
 };
 
-/// Gives up the active voxels whose `keep` [n_active] is 0, and bricks without any left. Returns the places of the
-/// kept ones among those of before, for whoever holds arrays beside the parameters.
+/// Removes the active voxels whose `keep` [n_active] is 0, and bricks without active voxels. Returns the indices of the
+/// kept voxels among the former ones, for arrays that are parallel to the parameters.
 torch::Tensor prune(GridField& field, std::span<const std::uint8_t> keep);
 
-/// The same field with voxels of half the size, interpolated between active voxels: extinction per metre (in the
-/// logarithm) and coefficients stay what they were.
+/// The same field with voxels of half the size: the logarithm of the extinction per metre and the coefficients are
+/// interpolated between active voxels.
 GridField refined(const GridField& field);
 
 /// The field of an archive that GridField::state() made. Throws CheckpointError for damaged contents.

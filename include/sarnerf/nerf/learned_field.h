@@ -20,7 +20,7 @@
 
 namespace sarnerf {
 
-/// What model and checkpoint files hold: named tensors, and everything else as one JSON object.
+/// Contents of model and checkpoint files: named tensors, and everything else as one JSON object.
 struct Archive {
   std::string json = "{}";
   std::map<std::string, torch::Tensor> tensors;
@@ -30,9 +30,9 @@ struct Archive {
                               const std::string& where) const;
 };
 
-/// Writes an archive beside its place and renames it: whoever looks sees the old file or the new one, whole. The
-/// format is LibTorch's own pickled dictionary of name to tensor, with the text under "json": LibTorch 1.13 and 2.x
-/// read it, and Python's torch.load() does, too. Throws Error when the disk is full.
+/// Writes a temporary file in the same folder and renames it: readers see either the old file or the complete new one.
+/// The format is LibTorch's own pickled dictionary of name to tensor, with the text under "json". LibTorch 1.13 and 2.x
+/// and Python's torch.load() read it. Throws Error when the disk is full.
 void write_archive(const std::filesystem::path& path, const Archive& archive);
 
 /// Throws CheckpointError for a file that is missing, truncated, damaged, or something else.
@@ -47,7 +47,7 @@ class LearnedField {
   /// "grid" or "mlp".
   virtual std::string_view kind() const = 0;
 
-  /// β⁰ of azimuth rows one behind the other, [Σ n_range] float32, differentiable by the parameters. The field must not change
+  /// β⁰ of azimuth rows, concatenated, [Σ n_range] float32, differentiable by the parameters. The field must not change
   /// before the backward pass.
   virtual torch::Tensor render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const = 0;
 
@@ -55,30 +55,30 @@ class LearnedField {
   virtual void render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,
                            std::span<float> pixels) const = 0;
 
-  /// What an optimiser moves.
+  /// The tensors that an optimiser updates.
   virtual std::vector<torch::Tensor> parameters() const = 0;
 
-  /// Where matter may be: rows and rays that miss this box render nothing.
+  /// Box of the occupied voxels: rows and rays that miss it do not depend on the field.
   virtual Box occupied_box_m() const = 0;
 
-  /// Rule by which its segments become images: it was learned by that one, and looks right by no other.
+  /// Integrator of its segments. The field was learned with it, and renders correctly with no other.
   virtual Integrator integrator() const { return Integrator::exact; }
 
-  /// What sampling is measured in.
+  /// Unit of the sampling's lengths.
   virtual double voxel_size_m() const = 0;
 
-  /// What `--explain` and progress tell of the field: "35,080 voxels of 0.2 m".
+  /// The field's size, as `--explain` and progress report it: "35,080 voxels of 0.2 m".
   virtual std::string size_text() const = 0;
 
-  /// Of the radar that made the images, where the field is the scene without its impulse response.
+  /// Resolution of the radar that made the images, if the field is the scene without its impulse response.
   std::optional<Resolution> resolution;
 
-  /// Everything that restores it: see restore_field().
+  /// The archive from which restore_field() restores it.
   virtual Archive state() const = 0;
 };
 
-/// A view at the sampling that evaluation uses: rays every half voxel, three to a row; through the field's impulse response,
-/// where it has one, with what leaks in from beyond the image.
+/// A view at the sampling of evaluation: rays every half voxel, three slices per row. If the field has an impulse response, it
+/// is applied, with the power that leaks in from beyond the image.
 Image<float> render_view(const LearnedField& field, const Acquisition& acquisition);
 
 /// The field of a model file. Throws CheckpointError for an unknown kind, another version, or damaged contents.

@@ -10,7 +10,7 @@ namespace sarnerf {
 
 /// Learned perceptual image patch similarity (Zhang et al. 2018) in its AlexNet form, version 0.1: how differently
 /// the layers of a network trained on photographs respond to two images; 0 for equal ones, smaller for more alike
-/// ones. The network is not part of this program: its weights come from a file of the user's (docs/guide/lpips.md).
+/// ones. The network is not part of this program: the user provides a file of its weights (docs/guide/lpips.md).
 ///
 /// Power is divided by the peak, clamped to [0, 1], repeated in three channels, mapped to [−1, 1] and normalised
 /// channel by channel as the published network expects. With y_l(c) the features after the ReLU of convolution l,

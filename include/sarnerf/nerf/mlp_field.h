@@ -16,18 +16,18 @@ namespace sarnerf {
 /// How the field `mlp` is laid out and learned.
 struct MlpOptions {
   MlpShape shape;
-  double voxel_size_m = 0.3;        ///< of the lattice that says where rays are sampled
+  double voxel_size_m = 0.3;        ///< of the occupancy grid, which determines where rays are sampled
   double rate = 1e-3;               ///< Adam's largest learning rate
   int warm_up_steps = 100;          ///< over which the rate rises to it
-  double initial_depth = 0.2;       ///< two-way optical depth of a range bin to begin with
-  double initial_brightness = 0.3;  ///< of the scale
+  double initial_depth = 0.2;       ///< initial two-way optical depth of a range bin
+  double initial_brightness = 0.3;  ///< in units of the scale s
   double prune_depth =
-      0.02;                ///< voxels of less two-way depth, as their neighbours, are not sampled
-  int refresh_steps = 20;  ///< after so many steps the lattice is filled again
+      0.02;                ///< voxels are not sampled if they and their neighbours have less two-way depth
+  int refresh_steps = 20;  ///< steps between two refreshes of the occupancy grid
   std::string integrator = "exact";  ///< or "paper-gated"
 };
 
-/// What the network's numbers mean.
+/// Interpretation of the network's outputs: see MlpField.
 struct MlpUnits {
   double reference_bin_m = 1.0;  ///< Δ_ref, the training images' range bin
   double source_scale = 1.0;     ///< s
@@ -37,20 +37,20 @@ struct MlpUnits {
 /// The field `mlp` of SAR-NeRF (printed eqs. 25–30): a network of point and direction,
 ///
 ///     κ = ReLU(σ_r) / (2 Δ_ref)       two-way depth ReLU(σ_r) per reference bin
-///     S = s ln(1 + e^{S_r})           plays the part of the brightness γ, s the scale of the images
+///     S = s ln(1 + e^{S_r})           takes the role of the brightness γ; s is the scale of the images
 ///
-/// `exact`, the default, renders S T (1 − e^−x), `paper_gated` S T e^−x tanh x as the paper has it. A lattice of voxels remembers
-/// κ (OccupancyGrid): the network is evaluated where that is not empty, and not behind the depth at which rays end
-/// by it, so that what is left out has e^−end_depth of its power, up to what happened since the last refresh.
+/// `exact`, the default, renders S T (1 − e^−x); `paper_gated` renders S T e^−x tanh x, as in the paper. An OccupancyGrid
+/// caches κ. The network is evaluated in its occupied voxels only, up to the optical depth end_depth by the cached κ: what
+/// is left out has e^−end_depth of its power, apart from changes since the last refresh.
 ///
 /// Departures from the paper: `exact` instead of `paper_gated`; S is the softplus of S_r, not S_r itself, which may be
-/// negative; the encoding has the point itself in front and is normalised by a cube around the scene's box, so that its waves
-/// are as long along all axes; and the number of frequencies follows from the range bin (suitable_frequencies()).
+/// negative; the encoding begins with the point itself and is normalised by a cube around the scene's box, so that its waves
+/// are equally long along all axes; and the number of frequencies follows from the range bin (suitable_frequencies()).
 ///
 /// The frame is world axes centred on the aim point.
 class MlpField : public LearnedField {
  public:
-  /// `voxels` as carve() gives them. Fills the lattice; all of it counts as occupied.
+  /// `voxels` as carve() returns them. Caches κ at all of them; all count as occupied.
   MlpField(MlpNetwork network, const MlpUnits& units, const GridTransform& transform,
            CarvedVoxels voxels);
 
@@ -67,8 +67,8 @@ class MlpField : public LearnedField {
   std::string size_text() const override;
   Archive state() const override;
 
-  /// Evaluates the network at all voxels that carving left, and forgets those of less two-way depth than this, as
-  /// their neighbours. Cost: one sample a voxel.
+  /// Evaluates the network at all voxels that carving left. Occupied are those whose two-way depth, or a neighbour's, then
+  /// exceeds `least_depth`. Cost: one sample a voxel.
   void refresh(double least_depth);
 
   /// κ (1/m) and S at points, differentiable by the parameters. Shapes as in mlp_forward().
@@ -83,13 +83,13 @@ class MlpField : public LearnedField {
   const OccupancyGrid& cache() const { return cache_; }
   MlpKernel kernel() const { return kernel_; }
 
-  /// What rays end on, and rows show beside the field; nothing where images have no level ground.
+  /// Level ground on which rays end and whose power rows include; null if the images have none.
   std::shared_ptr<const LevelGround> ground;
 
-  /// Another kernel than the processor's best one, for comparisons.
+  /// Selects another kernel than the processor's best one, for comparisons.
   void use_kernel(MlpKernel kernel) { kernel_ = kernel; }
 
-  /// Sets κ at the lattice's voxels [n_voxels] and what counts as empty, as they were when state() was asked for.
+  /// Restores the cached κ [n_voxels] and the threshold of occupied voxels, as state() stored them.
   void restore_cache(std::span<const float> extinction_per_m, double least_depth);
 
  private:
@@ -99,11 +99,11 @@ class MlpField : public LearnedField {
   MlpKernel kernel_;
 };
 
-/// Frequencies L of the position's encoding with which its finest wave is not shorter than one and a half range bins,
-/// at most the 10 of the authors' code.
+/// Largest number L of the position's frequencies whose finest wave is not shorter than one and a half range bins: at
+/// least 1, at most the 10 of the authors' code.
 int suitable_frequencies(const Box& scene_box_m, double bin_m);
 
-/// A field of fog wherever carving leaves room for matter. Throws UsageError for impossible options.
+/// A field of fog in all voxels that carving left. Throws UsageError for impossible options.
 MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed,
     const Monitor& monitor = {});
 

@@ -21,8 +21,8 @@ namespace sarnerf {
 ///                                                     └─► bottleneck: width
 ///     bottleneck, encoded direction ─► direction: width / 2, ReLU ─► s (1)
 ///
-/// The trunk sees the encoded position again in front of its output number `skip`, the layer `direction` the encoded
-/// direction behind the bottleneck's output.
+/// Layer skip + 1 of the trunk takes the encoded position again, followed by the output of layer `skip`. The layer
+/// `direction` takes the bottleneck's output, followed by the encoded direction.
 struct MlpShape {
   int depth = 8;    ///< ≥ 1
   int width = 256;  ///< even, ≥ 2
@@ -33,7 +33,7 @@ struct MlpShape {
   bool operator==(const MlpShape&) const = default;
 };
 
-/// One affine map y = W x + b. The parameters of all are one array, in which W [n_out, n_in] begins at `weight` and b
+/// One affine map y = W x + b. One array has the parameters of all layers; in it W [n_out, n_in] begins at `weight` and b
 /// [n_out] at `bias`.
 struct MlpLayer {
   std::string_view name;  ///< trunk, sigma, bottleneck, direction, s
@@ -51,21 +51,21 @@ std::int64_t mlp_parameter_count(const MlpShape& shape);
 constexpr int encoded_size(int n_frequencies) { return 3 * (1 + 2 * n_frequencies); }
 
 /// The field `mlp` of SAR-NeRF (printed eqs. 25–27): a network that maps a point and the direction of the ray through
-/// it to σ_r and S_r. What they mean is the renderer's: κ = ReLU(σ_r) / (2 Δ_ref), S from S_r by an activation that
-/// is nowhere negative.
+/// it to σ_r and S_r. The renderer interprets them: κ = ReLU(σ_r) / (2 Δ_ref), and S follows from S_r by a
+/// non-negative activation.
 ///
-/// The frame is world axes centred on the aim point; `box_m` becomes [−1, 1]³ in front of the encoding.
+/// The frame is world axes centred on the aim point; `box_m` is mapped to [−1, 1]³ before the encoding.
 struct MlpNetwork {
   MlpShape shape;
   Box box_m;
   torch::Tensor parameters;  ///< [mlp_parameter_count(shape)] float32 that requires gradients: see mlp_layers()
 
-  /// Views of one layer's parameters, for those who look at them or set them (without gradients).
+  /// Views of one layer's parameters, to read or to set them (without gradients).
   torch::Tensor weight(const MlpLayer& layer) const;  ///< [n_out, n_in]
   torch::Tensor bias(const MlpLayer& layer) const;    ///< [n_out]
 };
 
-/// A network with weights uniform in ±√(6 / (n_in + n_out)) and biases of 0, as the authors' code has it. The same
+/// A network with weights uniform in ±√(6 / (n_in + n_out)) and biases of 0, as in the authors' code. The same
 /// seed gives the same weights everywhere. Throws UsageError for an empty or flat box and for impossible sizes.
 MlpNetwork make_mlp_network(const MlpShape& shape, const Box& box_m, std::uint64_t seed);
 
@@ -75,34 +75,34 @@ struct MlpOutput {
   torch::Tensor s_raw;      ///< S_r
 };
 
-/// How the network is evaluated. `plain` is LibTorch in the parameters' own type, float32 or double: the oracle, and
-/// what is left where the processor has nothing better. The others are fused kernels: products of bf16 numbers summed
+/// How the network is evaluated. `plain` is LibTorch in the parameters' own type, float32 or double: the reference,
+/// and the fallback if the processor supports no other. The others are fused kernels: products of bf16 numbers summed
 /// in float32, everything else in float32.
 enum class MlpKernel { plain, avx512_bf16, amx_bf16 };
 
-/// The best one for this processor, this build and a network of this shape. The fused ones want a width that is a
-/// multiple of 64, at most 512, a depth of at most 16 and at most 12 frequencies. Asks the system once for the use
-/// of AMX.
+/// The best one for this processor, this build and a network of this shape. The fused ones need a width that is a
+/// multiple of 64, at most 512, a depth of at most 16 and at most 12 frequencies. Requests the use of AMX from the
+/// system, once.
 MlpKernel best_mlp_kernel(const MlpShape& shape);
 std::string_view name(MlpKernel kernel);
 
-/// σ_r and S_r at points of rays, differentiable by the parameters, once. Shapes are those of SampleBatch: ray q, of
+/// σ_r and S_r at points of rays, differentiable once by the parameters. Shapes are those of SampleBatch: ray q, of
 /// direction `ray_direction[q]` (unit, from the radar into the scene), has the points [ray_begin[q], ray_begin[q + 1])
 /// of `point_m`, and all points belong to a ray.
 ///
-/// The parameters must not change before the backward pass, which evaluates the network again for the samples that
-/// have a gradient, and leaves out those that have none: empty space costs nothing there.
+/// The parameters must not change before the backward pass. It evaluates the network again for the samples that
+/// have a gradient, and skips the others: empty space costs nothing there.
 ///
-/// Results depend on the inputs and the kernel; the gradient also on the number of threads, but not on what they do
-/// when. Against float32 the fused kernels err by about 1 % of the outputs' spread, as bf16 does.
+/// Results depend on the inputs and the kernel; the gradient also on the number of threads, but not on timing.
+/// The fused kernels differ from float32 by about 1 % of the outputs' spread, due to bf16.
 ///
-/// Throws UsageError where arrays or types do not belong together, or the processor lacks the kernel.
+/// Throws UsageError if array lengths or types do not match, or if the processor lacks the kernel.
 ///
 /// Memory of the fused kernels: 24 bytes a sample and 10 MiB a thread. Of `plain`: 25 KiB a sample for gradients.
 ///
 /// Cost of the paper's network on one thread of a busy Xeon of the fifth generation, µs a sample, without and with the
-/// gradient of all samples: 0.65 and 3.4 by AMX, 13 and 52 by AVX512-BF16 (which other makers' processors do twice as
-/// fast or better), 12 and 34 for `plain` where BLAS knows the processor, 40 and 115 where it does not.
+/// gradient of all samples: 0.65 and 3.4 by AMX, 13 and 52 by AVX512-BF16 (twice as fast or better on other makers'
+/// processors), 12 and 34 for `plain` if BLAS supports the processor, 40 and 115 if it does not.
 MlpOutput mlp_forward(const MlpNetwork& network, std::span<const glm::vec3> point_m,
                       std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin);
 MlpOutput mlp_forward(const MlpNetwork& network, std::span<const glm::vec3> point_m,
@@ -113,9 +113,9 @@ MlpOutput mlp_forward(const MlpNetwork& network, std::span<const glm::vec3> poin
 /// three, in LibTorch's threads. Cost: some milliseconds where BLAS is fast, 0.2 s where it is not.
 double blas_gflop_per_s();
 
-/// What to tell a user whose BLAS is slow: empty at 20 GFLOP/s or more. LibTorch's distribution packages
-/// do with a reference BLAS that is forty times slower than a tuned one, and OpenBLAS takes processors newer than
-/// itself for very old ones.
+/// Warning for a user whose BLAS is slow; empty at 20 GFLOP/s or more. LibTorch's distribution packages
+/// accept a reference BLAS that is forty times slower than a tuned one, and OpenBLAS treats processors newer than
+/// itself as very old ones.
 std::string slow_blas_warning(double gflop_per_s);
 
 }  // namespace sarnerf

@@ -15,47 +15,46 @@
 
 namespace sarnerf {
 
-/// Voxels that may hold matter.
+/// Voxels that may be occupied.
 struct CarvedVoxels {
   BrickTopology topology;
   std::vector<std::uint8_t> active;  ///< [512 n_bricks]
 };
 
-/// The voxels of the set's box without those that are certainly empty: nothing stands in front of what a row
-/// returns first, so a place nearer than the first pixel above 0 (a millionth of the peak) of its own row and of its neighbours, by
-/// a voxel or more, is empty. One view that says so suffices. A place outside of all swaths
-/// is given up, too.
+/// The voxels of the set's box without those that are certainly empty. Nothing stands in front of the first return of an azimuth
+/// row, its first pixel above 0 (a millionth of the peak). A point is therefore empty if it is nearer, by more than a voxel, than
+/// the first returns of its own row and of its neighbours. One such view suffices. Points outside of all swaths are removed, too.
 ///
-/// Images with a background that returns power carve nothing so but what lies outside of all swaths. Over a level ground
-/// (Clutter) a place is empty when three in ten of the views that see it show ground both in its pixel and where its shadow
-/// would lie, or when fewer than a quarter of all views see it; nothing lies below. Cost: views × voxels, a few ns
-/// each.
+/// If the images have a background that returns power, this removes only points outside of all swaths. Over a level ground
+/// (TrainingSet::ground) another rule holds: a point is empty if three in ten of the views that see it show ground both in its
+/// pixel and where its shadow would lie, or if fewer than a quarter of all views see it; points below the ground are empty, too.
+/// Cost: views × voxels, a few ns each.
 CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const Monitor& monitor = {});
 
-/// The grid whose voxels' centres fill the set's box, centred in it.
+/// The grid whose voxels' centres fill the set's box: centred horizontally, with the box's bottom halfway between two centres.
 GridTransform grid_transform(const TrainingSet& set, double voxel_size_m);
 
-/// The extinction of a field that is expensive to evaluate, remembered at the centres of voxels: where rays are
-/// sampled and where they end is decided by it.
+/// Caches the extinction of a field that is expensive to evaluate at the centres of voxels. The cache determines where
+/// rays are sampled and where they end.
 ///
-/// Voxels that carving gave up are empty for ever. Of the others those count as occupied whose own two-way optical
-/// depth, or that of one of their 26 neighbours, is above a threshold, so that matter can grow by a voxel at its
-/// surface between two refreshes; and since every refresh looks at all voxels, what appears in empty space is found
-/// again. What is lost is matter that fits between voxel centres by more than a voxel's diagonal from any other.
+/// Voxels that carving removed stay empty. Any other voxel is occupied if its own two-way optical depth, or that of one
+/// of its 26 neighbours, is above a threshold. The occupied region can therefore grow by a voxel between two refreshes.
+/// Every refresh evaluates all voxels, and finds material that appears in empty space. The cache only misses material that
+/// fits between voxel centres and is more than a voxel's diagonal away from any other material.
 class OccupancyGrid {
  public:
   /// `voxels` as carve() gives them for this transform. Everything is occupied and without extinction.
   OccupancyGrid(const GridTransform& transform, CarvedVoxels voxels);
 
-  /// Centres of the voxels that may hold matter, in the transform's frame, [n_voxels].
+  /// Centres of the voxels that may be occupied, in the transform's frame, [n_voxels].
   std::vector<glm::vec3> points_m() const;
   std::size_t n_voxels() const { return places_.size(); }
 
-  /// Remembers κ (1/m) at the points, and which voxels have a two-way depth above `least_depth` per voxel or
-  /// a neighbour that has. A negative threshold occupies all. Linear in voxels, about 50 ns each.
+  /// Stores κ (1/m) at the points. A voxel becomes occupied if its two-way depth, or that of a neighbour, is above
+  /// `least_depth`. A negative threshold occupies all. Linear in voxels, about 50 ns each.
   void refresh(std::span<const float> extinction_per_m, double least_depth);
 
-  /// What the last refresh() was given, and the voxels it left occupied.
+  /// Arguments of the last refresh(), and the number of voxels that are occupied since.
   std::vector<float> extinction_per_m() const;
   std::size_t n_occupied() const { return n_occupied_; }
   double least_depth() const { return least_depth_; }
@@ -64,10 +63,10 @@ class OccupancyGrid {
   const GridTransform& transform() const { return transform_; }
   const BrickTopology& topology() const { return topology_; }
 
-  /// Places of the voxels in arrays over the topology, ascending, [n_voxels].
+  /// Indices of the voxels in arrays over the topology, ascending, [n_voxels].
   std::span<const std::uint32_t> places() const { return places_; }
 
-  /// κ and a source of 0, as VolumeMarcher takes them.
+  /// κ and a source of 0, in the form that VolumeMarcher takes.
   BrickView<const float> view() const { return {&topology_, transform_, 2, values_}; }
   static FieldChannels channels() { return {false, 0, SourceBasis::harmonics}; }
 

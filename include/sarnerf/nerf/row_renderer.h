@@ -26,18 +26,18 @@ struct RaySampling : RowSampling {
 /// Memory of a RowRenderer.
 struct RowMemory;
 
-/// Renders azimuth rows of a sparse field, and carries derivatives by pixels back to the field's values. The
-/// forward pass keeps its segments for the backward one.
+/// Renders azimuth rows of a sparse field. The backward pass converts derivatives by pixels to derivatives by the
+/// field's values, from the segments that the forward pass keeps.
 ///
-/// A row takes the way of AzimuthRows. Rays only exist where the box of the occupied cells is seen; on them segments only
-/// where cells are occupied; and a ray ends at the optical depth that the sampling says (VolumeMarcher).
+/// Rows are sampled and integrated by AzimuthRows. Rays are cast only through the box of the occupied cells, and have
+/// segments only in occupied cells. A ray ends at the sampling's end_depth (VolumeMarcher).
 ///
-/// Threads take fixed parts of the rows, so that results depend on their number at most, and on nothing else.
+/// Each thread takes a fixed part of the rows: results may depend on the number of threads, but not on timing.
 /// Memory: about 60 bytes a segment of the last forward pass.
 class RowRenderer {
  public:
   /// All arguments must outlive the renderer. The grid's frame is centred on the aim point. `memory` may be that of
-  /// a former renderer with the same topology and channels: what it allocated is used again. With a
+  /// a former renderer with the same topology and channels: its allocations are reused. With a
   /// `ground`, rays end on it and rows show it.
   RowRenderer(const BrickView<const float>& values, const FieldChannels& channels, const Occupancy& occupancy,
               const RaySampling& sampling, std::shared_ptr<RowMemory> memory = nullptr,
@@ -46,11 +46,11 @@ class RowRenderer {
   RowRenderer(RowRenderer&&) noexcept;
   RowRenderer& operator=(RowRenderer&&) noexcept;
 
-  /// β⁰ of the rows one behind the other: Σ n_range pixels. Throws UsageError where lengths do not fit.
+  /// β⁰ of the rows, concatenated: Σ n_range pixels. Throws UsageError for another number of pixels.
   void forward(std::span<const RowRequest> rows, std::span<float> pixels);
 
   /// From ∂L/∂pixel of the rows of the last forward(), writes ∂L/∂value of these voxels, indices into the topology:
-  /// [active.size() × channels]. Harmonics only. Always the same voxels with the same memory.
+  /// [active.size() × channels]. Harmonics only. All calls with the same memory must pass the same voxels.
   void backward(std::span<const float> pixel_gradients, std::span<const std::uint32_t> active, std::span<float> value_gradients);
 
   const std::shared_ptr<RowMemory>& memory() const { return memory_; }
@@ -68,16 +68,16 @@ class RowRenderer {
   std::shared_ptr<RowMemory> memory_;
 };
 
-/// Box of an occupancy's cells, in the frame of the grid's transform; empty where nothing is occupied.
+/// Box of the occupied cells, in the frame of the grid's transform; empty if no cell is occupied.
 Box occupied_box(const Occupancy& occupancy, const GridTransform& transform);
 
-/// The segments of azimuth rows at which a field that is no grid is evaluated, and the integration of its values to pixels.
-/// Rays lie as RowRenderer has them. They are cut (AzimuthRows::cut) where the cache is occupied, and end at the sampling's
-/// end_depth by the cache's extinction.
+/// The segments of azimuth rows at which a field that is not a grid is evaluated, and the integration of its values to pixels.
+/// Rays are those of RowRenderer. They are cut into segments (AzimuthRows::cut) where the cache is occupied, and end at the
+/// sampling's end_depth, computed from the cache's extinction.
 ///
-/// Over a level ground rays end on it, and rows add the ground's power times the transmittance to it.
+/// Rays end on a level ground. Its power, times the transmittance to it, is added to the rows.
 ///
-/// Threads take fixed parts of the rows, so that results do not depend on their timing. Memory: about 80 bytes
+/// Each thread takes a fixed part of the rows, so that results do not depend on timing. Memory: about 80 bytes
 /// a segment.
 class RowSegments {
  public:
@@ -102,11 +102,11 @@ class RowSegments {
   };
   std::vector<Place> places() const;
 
-  /// β⁰ of the rows one behind the other, [n_pixels], from κ (1/m) and brightness at the segments.
+  /// β⁰ of the rows, concatenated, [n_pixels], from κ (1/m) and brightness at the segments.
   void integrate(std::span<const float> extinction_per_m, std::span<const float> brightness,
                  Integrator integrator, std::span<float> pixels);
 
-  /// The adjoint for these values, from ∂L/∂pixel: writes ∂L/∂κ and ∂L/∂brightness, [n_segments].
+  /// Adjoint at the values of the last integrate(), from ∂L/∂pixel: writes ∂L/∂κ and ∂L/∂brightness, [n_segments].
   void adjoint(std::span<const float> pixel_gradients, Integrator integrator, std::span<float> d_extinction,
                std::span<float> d_brightness);
 

@@ -37,8 +37,7 @@ struct TrainerOptions {
 /// What the share of the training that is done is counted in.
 enum class Schedule { steps, clock };
 
-/// The options that suit a set of images: voxels of two thirds of a range bin, and over a level ground a smoothness prior in inverse
-/// proportion to the views. `surfaces`: whether the field `grid` is to
+/// The options that suit a set of images: voxels of two thirds of a range bin. `surfaces`: whether the field `grid` is to
 /// become opaque where there is matter, so that surfaces can be taken from it; unless told otherwise, where enough images
 /// of different incidences without a background tell them.
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
@@ -61,13 +60,12 @@ std::string loss_text(const TrainingSet& set, const TrainerOptions& options);
 struct StepReport {
   std::int64_t step = 0;    ///< steps done, this one included
   double loss = 0.0;        ///< data term: mean of e² over the batch's pixels (docs/method/equations.md, E8)
-  double priors = 0.0;      ///< sum of the priors, divided by the same number of pixels
   std::string field_size;   ///< LearnedField::size_text()
 };
 
 /// Learns a field from images, step by step, by Adam and the native adjoints. The loss (docs/method/equations.md, E8) is a sum over the
 /// pixels of azimuth rows of many views: of squares of errors of power where images show no ground (printed eq. 31), and of errors in
-/// units of their standard deviation over a level ground, through the impulse response where that is part of speckled views; plus the smoothness prior.
+/// units of their standard deviation over a level ground, through the impulse response where that is part of speckled views.
 /// The same seed and number of threads give the same bits; so does going on from a checkpoint.
 class Trainer {
  public:

@@ -113,15 +113,15 @@ torch::Tensor prune(GridField& field, std::span<const std::uint8_t> keep) {
 }
 
 GridField refined(const GridField& field) {
-  // Voxel (0,0,0) of the finer grid lies where that of the coarser one does.
+  // The centres of voxel (0,0,0) of both grids coincide.
   const GridTransform transform{field.transform().origin_m, 0.5 * field.transform().voxel_size_m};
   GridField fine(transform, field.channels().harmonics_degree, field.source_scale());
   fine.ground = field.ground;
   fine.resolution = field.resolution;
   const auto n_source = static_cast<std::size_t>(field.channels().n_source());
 
-  // Interpolated are depth per metre (κ) and coefficients; voxels outside give neither, so that active ones only
-  // share their values: weights are normalised by what is active.
+  // The logarithm of the depth and the coefficients are interpolated between active voxels only: channel 0 holds the
+  // weight of the active ones, by which the others are normalised.
   const std::size_t n_channels = 2 + n_source;
   std::vector<float> coarse(field.n_voxels() * n_channels, 0.0f);
   const float* a = field.log_depth.data_ptr<float>();
@@ -161,7 +161,7 @@ GridField refined(const GridField& field) {
       sampler.sample(points, out);
       for (std::size_t n = 0; n < kBrickVoxels; ++n) {
         const float* c = &out[n * n_channels];
-        // A fine voxel needs half of its weight on active ones: those at the border of the field go.
+        // A fine voxel needs at least half of its weight on active voxels; others at the field's border are dropped.
         if (c[0] < 0.5f) continue;
         const std::size_t v = brick * kBrickVoxels + n;
         active[v] = 1;
@@ -183,7 +183,7 @@ GridField refined(const GridField& field) {
 
 namespace {
 
-/// What the backward pass needs of the forward one. Its memory comes from the field's last pass and goes back to it.
+/// State of the forward pass that the backward pass needs. Borrows its memory from the field's idle memory.
 struct Pass : torch::CustomClassHolder {
   Pass(const GridField& grid, const RaySampling& sampling) : field(&grid), idle(grid.idle_memory()) {
     if (!idle->empty()) {
@@ -208,7 +208,7 @@ std::span<float> numbers(const torch::Tensor& tensor) {
   return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
 }
 
-/// RowRenderer as LibTorch sees it.
+/// RowRenderer as an autograd function of LibTorch.
 struct RenderRows : torch::autograd::Function<RenderRows> {
   static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& log_depth,
                                                 const torch::Tensor& coefficients, const c10::intrusive_ptr<Pass>& pass,

@@ -15,15 +15,15 @@ namespace sarnerf {
 
 namespace {
 
-/// Rounding of an image's zeros to some other smallest number, relative to the peak, does not keep space from being
-/// carved.
+/// Pixels up to this fraction of the peak count as 0: space is carved although an image's zeros were rounded to a small
+/// number.
 constexpr double kZero = 1e-6;
 
-/// What a view says about space.
+/// A view's evidence of empty space.
 struct Witness {
   Acquisition acquisition;
   RadarFrame frame;
-  std::vector<double> first_offset_m;  ///< [n_azimuth] range offset from which on a row, or one next to it, returns power
+  std::vector<double> first_offset_m;  ///< [n_azimuth] range offset of the first return of a row and its two neighbours
 };
 
 std::vector<double> first_returns(const PosedImage& image, double zero_level) {
@@ -34,7 +34,7 @@ std::vector<double> first_returns(const PosedImage& image, double zero_level) {
     int j = 0;
     while (j < a.n_range && double{image.power(i, j)} <= zero_level) ++j;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    // A row without any return is empty throughout.
+    // A row without any return is empty at all ranges.
     own[static_cast<std::size_t>(i)] = j == 0           ? -kInfinity
                                        : j == a.n_range ? kInfinity
                                                         : a.bin_offset_m(j - 0.5);
@@ -55,7 +55,7 @@ std::vector<Witness> witnesses(const TrainingSet& set) {
 
 enum class Evidence { none, maybe, empty };
 
-/// What one view says about a place: nothing where it lies outside of the swath.
+/// One view's evidence about a point: `none` if it lies outside of the swath.
 Evidence evidence(const Witness& view, const glm::dvec3& point_m, double margin_m) {
   const RadarPoint p = project(view.acquisition, view.frame, point_m);
   const Acquisition& a = view.acquisition;
@@ -66,7 +66,7 @@ Evidence evidence(const Witness& view, const glm::dvec3& point_m, double margin_
   return p.range_offset_m + margin_m < view.first_offset_m[static_cast<std::size_t>(i)] ? Evidence::empty : Evidence::maybe;
 }
 
-/// Whether a view sees the place, and none sees it empty.
+/// Whether at least one view sees the point, and no view shows it to be empty.
 bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, double margin_m) {
   bool seen = false;
   for (const Witness& view : views) {
@@ -77,13 +77,11 @@ bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, 
   return seen;
 }
 
-/// Whether views of a level ground leave open that a point holds matter.
+/// Whether the views of a level ground allow a point to be occupied.
 bool ground_lets(const TrainingSet& set, std::span<const RadarFrame> frames, const glm::dvec3& point_m) {
-  const GroundRule& rule = set.ground_rule;
   const BareViews views = bare_views(*set.ground, set.images, frames, point_m);
   const auto n_seeing = static_cast<double>(views.n_seeing);
-  return n_seeing > 0.0 && n_seeing >= rule.least_seeing_part * static_cast<double>(set.images.size()) &&
-         static_cast<double>(views.n_bare) < rule.bare_part * n_seeing;
+  return n_seeing > 0.0 && static_cast<double>(views.n_bare) < set.ground_rule.bare_part * n_seeing;
 }
 
 }  // namespace
@@ -94,7 +92,7 @@ GridTransform grid_transform(const TrainingSet& set, double voxel_size_m) {
   GridTransform transform;
   transform.voxel_size_m = voxel_size_m;
   transform.origin_m = set.box_m.centre() - 0.5 * voxel_size_m * n;
-  // The reference plane lies between a voxel and the next: what stands on it begins half a voxel above.
+  // The box's bottom lies halfway between two voxel centres: the first centre above it is half a voxel higher.
   transform.origin_m.y = set.box_m.min.y - 0.5 * voxel_size_m;
   return transform;
 }
@@ -180,7 +178,7 @@ std::vector<float> OccupancyGrid::extinction_per_m() const {
 }
 
 std::vector<std::uint8_t> OccupancyGrid::dilated(std::span<const std::uint8_t> marked) const {
-  // Axis by axis: a cube of 3³ is the sum of three lines.
+  // Dilation by a cube of 3³ voxels is separable: one axis after the other.
   std::vector<std::uint8_t> before(marked.begin(), marked.end()), after = before;
   for (int axis = 0; axis < 3; ++axis) {
     glm::ivec3 step(0);

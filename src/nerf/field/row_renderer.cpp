@@ -84,7 +84,7 @@ void RowRenderer::backward(std::span<const float> pixel_gradients, std::span<con
       backward_part(mine, part);
     }
   });
-  // Taken and cleared are the active voxels alone: what gathers in the others is never read.
+  // Only active voxels are summed and cleared. The sums of inactive ones are never read.
   constexpr std::size_t kGrain = 1 << 12;
   parallel_for(active.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {

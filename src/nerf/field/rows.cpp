@@ -27,7 +27,7 @@ double transmittance(const RowPart& part, std::size_t begin, std::size_t end) {
   return std::exp(-depth);
 }
 
-/// Calls visit(bin, ray of the fan or one beside it, weight) for what S_j is made of.
+/// Calls visit(bin, ray, weight) for the terms of S_j; the ray is one of the fan or the next one beyond it on either side.
 template <class Visit>
 void for_each_part_of_bins(const GroundBins& bins, const Fan& fan, Visit&& visit) {
   constexpr int kPlaces = 3;
@@ -35,7 +35,7 @@ void for_each_part_of_bins(const GroundBins& bins, const Fan& fan, Visit&& visit
   for (int j = 0; j < n; ++j) {
     const double here = bins.angle_rad[static_cast<std::size_t>(j)];
     if (std::isnan(here)) continue;
-    // Angles grow by nearly as much from the bin before as to the next one.
+    // The last bin takes the angle step from the previous bin, which is nearly the same.
     const int other = j + 1 < n ? j + 1 : j - 1;
     double step = other >= 0 ? (bins.angle_rad[static_cast<std::size_t>(other)] - here) * (other - j) : 0.0;
     if (std::isnan(step)) step = 0.0;
@@ -49,12 +49,12 @@ void for_each_part_of_bins(const GroundBins& bins, const Fan& fan, Visit&& visit
   }
 }
 
-/// Adds to a row's pixels what its rays leave of the ground's image: S_j = T at the angle under which bin j sees the
-/// ground, linear between the rays of the fan, of three places in the bin. Rays that were not made, since they miss all
-/// matter, have T = 1.
+/// Adds the ground's image, attenuated by S_j, to a row's pixels. S_j is the transmittance T at the angle at which bin j sees
+/// the ground: linear between the rays of the fan, mean of three positions in the bin. Rays that were not cast, because they
+/// miss all occupied voxels, have T = 1.
 void add_ground(const RowPart& part, const Row& row, const LevelGround& ground, std::span<float> pixels) {
   const GroundBins bins = ground_bins(ground, row.acquisition, row.row);
-  // One more ray on either side of the fan, that meets nothing.
+  // One extra ray on either side of the fan, with T = 1.
   std::vector<double> to_ground(static_cast<std::size_t>(row.fan.n_elevation) + 2, 1.0);
   for_each_ray(part, row, [&](std::size_t ray, std::size_t begin, std::size_t end) {
     to_ground[part.rows.batch().ray_elevation[ray] + 1] += (transmittance(part, begin, end) - 1.0) / row.n_slices;
@@ -69,7 +69,7 @@ void add_ground(const RowPart& part, const Row& row, const LevelGround& ground, 
   });
 }
 
-/// Its adjoint: adds ∂L/∂κ of the row's segments, from ∂L/∂pixel, to part.d_extinction.
+/// Adjoint of add_ground(): adds ∂L/∂κ of the row's segments, from ∂L/∂pixel, to part.d_extinction.
 void add_ground_adjoint(RowPart& part, const Row& row, const LevelGround& ground,
                         std::span<const float> pixel_gradients) {
   if (row.fan.n_elevation == 0) return;

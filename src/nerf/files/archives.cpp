@@ -20,9 +20,9 @@ namespace {
 
 constexpr const char* kText = "json";
 
-/// Whether the bytes are a zip archive, as LibTorch writes them, whose files all have the CRC-32 that the archive says.
+/// Whether the bytes are a zip archive, as LibTorch writes them, in which every file matches its stored CRC-32.
 /// LibTorch's own reader skips that check, and does not always notice missing bytes either: a damaged number would be
-/// rendered. libzip compares a file's sum when its last byte is read.
+/// rendered. libzip compares the checksum when a file's last byte is read.
 bool is_intact(std::span<const char> bytes) {
   zip_error_t error;
   zip_error_init(&error);
@@ -92,7 +92,7 @@ Archive read_archive(const std::filesystem::path& path) {
       }
     }
   } catch (const std::exception&) {
-    // LibTorch's own words say where in its code it gave up, in many lines.
+    // LibTorch's own message is a trace of its code, many lines long.
     throw CheckpointError(path.string() + ": is not a model or checkpoint, or is truncated or damaged (" +
                           std::to_string(bytes.size()) + " bytes)");
   }

@@ -20,10 +20,10 @@ namespace sarnerf {
 
 using Json = nlohmann::ordered_json;
 
-/// Sets a member of an archive's text.
+/// Sets a member of an archive's JSON object.
 void add_text(Archive& archive, const std::string& name, const Json& value);
 
-/// A member of an archive's text, an object. Throws CheckpointError.
+/// A member of an archive's JSON object. Throws CheckpointError if it or the object is missing.
 Json text_of(const Archive& archive, const std::string& name, const std::string& where);
 
 /// A member of an object. Throws CheckpointError when it is missing or of another type.
@@ -41,23 +41,23 @@ T member(const Json& object, const std::string& name, const std::string& where) 
 torch::Tensor tensor_of(const Image<float>& image);
 Image<float> image_of(const torch::Tensor& pixels);
 
-/// A ground in a model file, and its inverse: null where the archive has none. Throws CheckpointError for a damaged one.
+/// Adds a ground to an archive, and reads it back: null if the archive has none. Throws CheckpointError for a damaged one.
 void add_ground(Archive& archive, const LevelGround& ground);
 std::shared_ptr<const LevelGround> ground_of(const Archive& archive, const std::string& where);
 
-/// A resolution in a model file, and its inverse: nothing where the archive has none. Throws CheckpointError for a damaged one.
+/// Adds a resolution to an archive, and reads it back: empty if the archive has none. Throws CheckpointError for a damaged one.
 void add_resolution(Archive& archive, const Resolution& resolution);
 std::optional<Resolution> resolution_of(const Archive& archive, const std::string& where);
 
-/// Puts a sparse grid's topology and the ascending places of its active voxels into an archive, as the tensors
+/// Adds a sparse grid's topology and the ascending indices of its active voxels to an archive, as the tensors
 /// "bricks" [n_bricks, 3] and "voxels" [n_active].
 void add_voxels(Archive& archive, const BrickTopology& topology,
                 std::span<const std::uint32_t> active);
 
-/// Their inverse. Throws CheckpointError for damaged contents.
+/// Inverse of add_voxels(). Throws CheckpointError for damaged contents.
 CarvedVoxels voxels_of(const Archive& archive, const std::string& where);
 
-/// What a checkpoint says of the trainer itself.
+/// The trainer's own state in a checkpoint.
 struct TrainerJson {
   std::string options;  ///< options_json()
   std::int64_t steps = 0;

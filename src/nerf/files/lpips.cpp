@@ -33,9 +33,9 @@ struct StoredTensor {
 
 /// The tensors of a safetensors file: eight bytes with the length of a JSON header (little-endian), the header
 /// {"name": {"dtype": "F32", "shape": [...], "data_offsets": [begin, end]}, ...} with offsets from its own end, then
-/// the values, little-endian. `wanted` are the names to read; all must be there as float32 with finite values, and
-/// what else the file holds is not looked at. Throws InputError, naming file and tensor, otherwise; also for files
-/// beyond 1 GiB. Cost: reading the file once.
+/// the values, little-endian. `wanted` are the names to read; other tensors are ignored. Throws InputError, naming file
+/// and tensor, if one of them is missing, is not float32 or has values that are not finite; also for damaged files and
+/// files beyond 1 GiB. Cost: reading the file once.
 std::map<std::string, StoredTensor> read_safetensors(const std::filesystem::path& path,
                                                      const std::vector<std::string>& wanted);
 
@@ -53,7 +53,7 @@ constexpr std::size_t kLength_bytes = 8;
   throw InputError(in_one_line(where + ": " + complaint));
 }
 
-/// The header and what follows it.
+/// The header and the bytes after it.
 struct Parts {
   Json header;
   std::string_view values;
@@ -78,7 +78,7 @@ Parts split(std::string_view bytes, const std::string& where) {
   return {std::move(header), rest.substr(length)};
 }
 
-/// A list of `count` (any: 0) whole numbers from zero on.
+/// A list of `count` non-negative integers; of any number of them if `count` is 0.
 std::vector<std::int64_t> whole_numbers(const Json& entry, const char* key, std::size_t count,
                                         const std::string& where) {
   const auto found = entry.find(key);
@@ -154,11 +154,11 @@ std::map<std::string, StoredTensor> read_safetensors(const std::filesystem::path
 
 namespace {
 
-/// A convolution of AlexNet: its place in the published list of layers, and what the weights do not say.
+/// A convolution of AlexNet: its index in the published list of layers, and the parameters that its weights do not contain.
 struct LayerShape {
   int place;
   std::int64_t kernel, stride, padding;
-  bool pooled;  ///< its input is the maximum over 3 × 3, every second place
+  bool pooled;  ///< whether its input is max-pooled: 3 × 3, stride 2
 };
 
 constexpr std::array<LayerShape, 5> kAlexNet{{{0, 11, 4, 2, false},
@@ -167,7 +167,7 @@ constexpr std::array<LayerShape, 5> kAlexNet{{{0, 11, 4, 2, false},
                                               {8, 3, 1, 1, false},
                                               {10, 3, 1, 1, false}}};
 
-// Of red, green and blue in [−1, 1]: means and spreads of the photographs that the network learned from.
+// Means and standard deviations of red, green and blue, in [−1, 1], over the network's training photographs.
 constexpr std::array<float, 3> kShift{-0.030f, -0.088f, -0.188f};
 constexpr std::array<float, 3> kScale{0.458f, 0.448f, 0.450f};
 
@@ -229,7 +229,7 @@ struct Lpips::Network {
   };
   std::array<Layer, 5> layers;
 
-  /// `images` are [2, 3, n_azimuth, n_range]: the two to compare.
+  /// Distance of the two images in `images` [2, 3, n_azimuth, n_range].
   double distance(const at::Tensor& images) const {
     at::Tensor features = images;
     double sum = 0.0;

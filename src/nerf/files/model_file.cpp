@@ -16,7 +16,7 @@ namespace sarnerf {
 
 namespace {
 
-/// The border that an image's response needs, as far as there are bins in front of the radar.
+/// The border that an image's response needs, limited to bins in front of the radar.
 Border border_in_front(const ImpulseResponse& response, const Acquisition& a) {
   Border border = border_of(response, a.n_azimuth, a.n_range);
   border.range = std::min(border.range, static_cast<int>(a.range_m(0) / a.range_spacing_m - 1.0));
@@ -74,7 +74,7 @@ Json json_of(const DatasetView& v) {
           {"look", v.look == Look::left ? "left" : "right"}};
 }
 
-/// Members of one object, with the file's name in messages.
+/// Reads members of a JSON object; error messages name the file.
 class Reader {
  public:
   Reader(Json object, const std::string& where) : object_(std::move(object)), where_(where) {}
@@ -145,7 +145,7 @@ ModelInfo info_from(const Json& text, const std::string& where) {
   return info;
 }
 
-/// Versions before this one added kriged residuals of the training views to what a field renders.
+/// Contents without effect, in words. Older versions added kriged residuals of the training views to the rendered image.
 std::string ignored_parts(const Archive& archive) {
   return archive.tensors.contains("amplitude_residuals") ? "residuals of its training views (kriging)" : "";
 }

@@ -38,7 +38,7 @@ std::vector<double> block_means(const Image<float>& power, int side) {
   return means;
 }
 
-/// 1 where the neighbourhood is as bright as the ground is expected to be.
+/// 1 where the brightness of the neighbourhood is within mask_factor of the expected ground.
 Mask ground_mask(const Image<float>& power, const Image<float>& expected, const GroundRule& rule) {
   Image<float> ratio(power.n_azimuth(), power.n_range());
   for (std::size_t n = 0; n < ratio.pixels().size(); ++n) {
@@ -54,7 +54,7 @@ Mask ground_mask(const Image<float>& power, const Image<float>& expected, const 
   return mask;
 }
 
-/// Sums of the pixels that a mask holds.
+/// Sum of the masked pixels.
 double masked_sum(const Image<float>& image, const Mask& mask) {
   double sum = 0.0;
   for (std::size_t n = 0; n < mask.pixels().size(); ++n)
@@ -83,10 +83,10 @@ double GroundEstimate::part_of_pixels() const {
 
 namespace {
 
-/// A view's masked pixels: their relative deviation from their mean, blurred, and where there is any.
+/// Blurred relative deviation of a view's masked pixels from their mean.
 struct Deviation {
   Image<float> value;
-  Image<float> counts;  ///< 1 or 0
+  Image<float> counts;  ///< 1 where `value` is defined, else 0
 };
 
 Deviation deviation_of(const Image<float>& power, const Mask& mask, const GroundRule& rule) {
@@ -109,7 +109,7 @@ Deviation deviation_of(const Image<float>& power, const Mask& mask, const Ground
   return d;
 }
 
-/// The plane in square cells of two pixels, or as wide that no more than 96 lie along the box: a limit of cost.
+/// Square cells of the plane: two pixels wide, or wider where more than about 96 would lie along the box. This limits the cost.
 struct Cells {
   double size_m, first_x_m, first_z_m;
   int n_x, n_z;
@@ -122,7 +122,7 @@ Cells cells_of(const Box& box_m, double pixel_m) {
   return {cell_m, box_m.min.x, box_m.min.z, static_cast<int>(size.x / cell_m) + 1, static_cast<int>(size.z / cell_m) + 1};
 }
 
-/// V, and the mean square of single deviations, over cells that more than half of the views show as ground.
+/// V (ground.h) and the mean square of single deviations, over cells that more than half of the views show as ground.
 struct Agreement {
   double covariance = 0.0, variance = 0.0, n_cells = 0.0;
 };
@@ -164,7 +164,7 @@ Agreement agreement_at(double height_m, Views images, std::span<const RadarFrame
   return all;
 }
 
-/// Standard deviation of V where the views' deviations are independent; speckle itself is a pixel wide.
+/// Standard deviation of V if the views' deviations are independent; unblurred speckle is taken to be a pixel wide.
 double noise_of(const Agreement& agreement, std::size_t n_views, double cell_m, double pixel_m, double sigma_pixels) {
   const double spread_m2 = 4.0 * kPi * (sigma_pixels * sigma_pixels + 1.0) * pixel_m * pixel_m;
   const double n_independent = std::max(1.0, agreement.n_cells * std::min(1.0, cell_m * cell_m / spread_m2));
@@ -172,12 +172,12 @@ double noise_of(const Agreement& agreement, std::size_t n_views, double cell_m, 
   return agreement.variance / std::sqrt(pairs * n_independent);
 }
 
-/// The height at which masked views agree best, if they do so significantly, and below the box's top.
+/// The height at which masked views agree best, if the agreement is significant and the height below the box's top.
 std::optional<double> agreed_height_m(Views images, std::span<const Mask> masks, const Box& box_m, const GroundRule& rule) {
   const Acquisition& first = images.front().acquisition;
   const double pixel_m = std::max(first.azimuth_spacing_m, first.range_spacing_m);
   const std::vector<RadarFrame> frames = frames_of(images);
-  double step_m = 0.0;  // of the views that heights change the least
+  double step_m = 0.0;  // for the view whose ranges change least with height
   for (const PosedImage& image : images)
     step_m = std::max(step_m, rule.height_step_pixels * image.acquisition.range_spacing_m /
                                   std::cos(image.acquisition.incidence_rad));
@@ -194,7 +194,7 @@ std::optional<double> agreed_height_m(Views images, std::span<const Mask> masks,
   for (int n = -n_steps; n <= n_steps; ++n)
     if (at(n).covariance > at(best).covariance) best = n;
   const double noise = noise_of(at(0), images.size(), cells.size_m, pixel_m, rule.height_sigma_pixels);
-  // At the end of the row the true height lies beyond, or there is none.
+  // If the best height is the lowest or highest one tried, the true height lies beyond it, or there is none.
   if (std::abs(best) == n_steps || !(at(best).covariance - at(0).covariance > rule.height_significance * noise)) return {};
   const double top = top_of_parabola(at(best - 1).covariance, at(best).covariance, at(best + 1).covariance);
   const double height_m = box_m.min.y + (best + top) * step_m;
@@ -207,9 +207,9 @@ std::optional<double> agreed_height_m(Views images, std::span<const Mask> masks,
 
 namespace {
 
-/// The plane under the box, of uniform texture.
+/// The plane under the box, with a uniform texture.
 LevelGround uniform_ground(Views images, const Box& box_m, double height_m) {
-  // Cells beyond the box: pixels at its border are looked up between cells.
+  // Extra cells on each side of the box: pixels at its border are interpolated between cells.
   constexpr int kBorder = 4;
   LevelGround ground;
   ground.height_m = height_m;
@@ -224,7 +224,7 @@ LevelGround uniform_ground(Views images, const Box& box_m, double height_m) {
   return ground;
 }
 
-/// Mean over views of the masked pixels that see each cell, over the view's gain, and how many those are.
+/// For each cell: the mean, over the views, of the masked pixels that see it, divided by the view's gain; number of these views.
 struct Texture {
   Image<float> mean, n_views;
 };
@@ -273,7 +273,7 @@ double square_of_difference(const Image<float>& a, const Image<float>& b, const 
   return sum;
 }
 
-/// Blurred, cells counting as often as they were seen; their mean where none was for three standard deviations.
+/// Gaussian blur, weighted by the views of each cell; the weighted mean where no cell within three standard deviations was seen.
 Image<float> smoothed(const Texture& texture, double sigma) {
   const auto otherwise = static_cast<float>(weighted_mean(texture));
   Image<float> seen = texture.mean;
@@ -287,9 +287,10 @@ Image<float> smoothed(const Texture& texture, double sigma) {
   return seen;
 }
 
-/// The texture, smoothed as half of the views predict the other half best: not at all, or uniform, among the choices.
+/// The texture, smoothed as half of the views predict the other half best: by one of texture_sigmas_cells, or uniform.
 ///
-/// Its mean is made the median of the block means: a mask is a choice, and leaves out pixels that happen to be bright.
+/// The texture is scaled so that its mean is the median of the block means: masks are biased, they omit pixels that happen to be
+/// bright.
 Image<float> smoothed_texture(Views images, const LevelGround& ground, std::span<const double> gain,
                               std::span<const Mask> masks, const GroundRule& rule) {
   const Texture all = texture_of(images, ground, gain, masks, 0, 1), even = texture_of(images, ground, gain, masks, 0, 2),
@@ -323,11 +324,11 @@ Image<float> smoothed_texture(Views images, const LevelGround& ground, std::span
 
 }  // namespace
 
-// All together.
+// Plane, gains, texture and masks.
 
 namespace {
 
-/// Replaces the views' gains by their pitch's mean, which becomes the plane's.
+/// Replaces each view's gain by the mean of its pitch. These means become the plane's gains.
 void take_means_of_pitches(Views images, std::span<double> gain, LevelGround& plane) {
   std::vector<double> incidence_rad;
   for (const PosedImage& image : images) incidence_rad.push_back(image.acquisition.incidence_rad);
@@ -387,7 +388,7 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
       const Acquisition& a = images[v].acquisition;
       const Image<float> expected = ground_image(plane, a);
       estimate.mask[v] = ground_mask(images[v].power, expected, rule);
-      // Pixels that do not show the ground are not the same in all views, and must not count.
+      // Gains use masked pixels only: the pixels that do not show the ground differ between views.
       const double seen = masked_sum(images[v].power, estimate.mask[v]), without = masked_sum(expected, estimate.mask[v]);
       gain[v] = plane.gain_at(a.incidence_rad) * (seen > 0.0 && without > 0.0 ? seen / without : 1.0);
     });

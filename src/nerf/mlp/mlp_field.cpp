@@ -17,14 +17,14 @@ namespace sarnerf {
 
 namespace {
 
-/// Points that are evaluated at a time where no gradient is wanted: bounds the memory of the plain kernel.
+/// Points that are evaluated at a time without gradients: bounds the memory of the plain kernel.
 constexpr std::size_t kPointsAtATime = 1 << 14;
 
-/// Period of the encoding's finest wave. Twice as many frequencies learn half as fast, and fit what the images do not
-/// say: 38.9 dB instead of 41.9 after half a minute with the 10 frequencies that the authors have.
+/// Period of the encoding's finest wave, in range bins. Twice as many frequencies learn half as fast, and fit details that
+/// the images do not determine: 38.9 dB instead of 41.9 after half a minute with the authors' 10 frequencies.
 constexpr double kFinestPeriod_bins = 1.5;
 
-/// The cube around the scene's box: frequencies of the encoding mean the same along all axes.
+/// The cube around the scene's box: the encoding's waves are equally long along all axes.
 Box cube_around(const Box& box_m) {
   const glm::dvec3 size = box_m.size(), centre = box_m.centre();
   const glm::dvec3 half(0.5 * std::max({size.x, size.y, size.z}));
@@ -110,7 +110,7 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
   for (const PosedImage& image : set.images)
     units.reference_bin_m = std::min(units.reference_bin_m, image.acquisition.range_spacing_m);
   MlpNetwork network = make_mlp_network(options.shape, cube_around(set.box_m), seed);
-  // A ReLU that is 0 everywhere would stay so: space begins as fog, and the network's own small numbers vary it.
+  // A ReLU that is 0 everywhere would stay so. Space therefore begins as fog, with variations by the random weights.
   for (const MlpLayer& layer : mlp_layers(options.shape)) {
     if (layer.name == "sigma") network.bias(layer).fill_(options.initial_depth);
     if (layer.name == "s")
@@ -124,10 +124,10 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
 
 namespace {
 
-/// Rows that are rendered at a time where no gradient is wanted: bounds the memory.
+/// Rows that are rendered at a time without gradients: bounds the memory.
 constexpr std::size_t kRowsAtATime = 8;
 
-/// What the backward pass needs of the forward one.
+/// State of the forward pass that the backward pass needs.
 struct Pass : torch::CustomClassHolder {
   Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const MlpField& field)
       : segments(rows, sampling, field.cache(), field.ground), integrator(field.units().integrator) {}
@@ -140,7 +140,7 @@ std::span<float> numbers(const torch::Tensor& tensor) {
   return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
 }
 
-/// RowSegments as LibTorch sees it.
+/// RowSegments as an autograd function of LibTorch.
 struct IntegrateRows : torch::autograd::Function<IntegrateRows> {
   static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context,
                                                 const torch::Tensor& extinction_per_m, const torch::Tensor& brightness,

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
 #include <torch/csrc/autograd/autograd.h>
 
@@ -53,83 +52,23 @@ GridField initial_grid_field(const TrainingSet& set, const GridOptions& options,
 namespace {
 
 constexpr std::size_t kGrain = 1 << 12;  ///< voxels that a thread takes at a time
-
-}  // namespace
-
-Neighbourhood::Neighbourhood(const GridField& field) {
-  constexpr std::uint32_t kNone = 0xffffffffu;
-  std::vector<std::uint32_t> place(field.n_voxels(), kNone);
-  const auto active = field.active_voxels();
-  for (std::uint32_t n = 0; n < active.size(); ++n) place[active[n]] = n;
-  around_.resize(active.size());
-  for (std::uint32_t n = 0; n < active.size(); ++n) around_[n].fill(n);
-  const BrickTopology& topology = field.topology();
-  for (std::uint32_t n = 0; n < active.size(); ++n) {
-    const std::uint32_t brick = active[n] / kBrickVoxels;
-    const glm::ivec3 in_brick = voxel_in_brick(active[n]);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      glm::ivec3 next = in_brick;
-      const auto along = static_cast<int>(axis);
-      ++next[along];
-      std::uint32_t other = brick;
-      if (next[along] == kBrickSide) {
-        next[along] = 0;
-        other = topology.neighbours(brick)[std::size_t{1} << (2 - axis)];
-      }
-      if (other == kNoBrick) continue;
-      const std::uint32_t m = place[std::size_t{other} * kBrickVoxels + static_cast<std::size_t>(offset_in_brick(next))];
-      if (m == kNone) continue;
-      around_[n][2 * axis] = m;
-      around_[m][2 * axis + 1] = n;
-    }
-  }
-}
-
-double Neighbourhood::smoothness(const float* parameters, std::span<const float> weight, std::span<const float> share,
-                                 float* gradient) const {
-  const std::size_t n_weights = weight.size();
-  // Blocks are the same whatever the threads: so is the sum.
-  std::vector<double> of_block((around_.size() + kGrain - 1) / kGrain);
-  parallel_for(of_block.size(), 1, [&](std::size_t first_block, std::size_t end_block, int) {
-    for (std::size_t block = first_block; block < end_block; ++block) {
-      const std::size_t end = std::min(around_.size(), (block + 1) * kGrain);
-      for (std::size_t n = block * kGrain; n < end; ++n) {
-        for (std::size_t c = 0; c < n_weights; ++c) {
-          const float own = parameters[n * n_weights + c];
-          float differences = 0.0f, squares = 0.0f;
-          for (const std::uint32_t other : around_[n]) {
-            const float difference = own - parameters[other * n_weights + c];
-            differences += difference;
-            squares += difference * difference;
-          }
-          of_block[block] += 0.25 * double{weight[c]} * double{squares};  // each pair is met from both sides
-          if (share[n] != 0.0f) gradient[n * n_weights + c] += weight[c] * differences;
-        }
-      }
-    }
-  });
-  return std::accumulate(of_block.begin(), of_block.end(), 0.0);
-}
-
-namespace {
-
 constexpr float kBeta1 = 0.9f, kBeta2 = 0.99f, kEpsilon = 1e-15f;
 
-/// Parameters of one kind and what belongs to them, `n` for each voxel.
+/// Parameters of one kind, their gradients and moments: `n` values for each voxel.
 struct Parameters {
   float* value;
   const float* gradient;
   float* mean;
   float* square;
   std::size_t n;
-  float rate;  ///< over the mean's bias correction
+  float rate;  ///< learning rate over 1 − β₁ᵗ, the mean's bias correction
   float decay;
 
-  void move(std::size_t voxel, float share, float square_correction) const {
+  void move(std::size_t voxel, float square_correction) const {
     for (std::size_t k = voxel * n; k < (voxel + 1) * n; ++k) {
       mean[k] = kBeta1 * mean[k] + (1.0f - kBeta1) * gradient[k];
       square[k] = kBeta2 * square[k] + (1.0f - kBeta2) * gradient[k] * gradient[k];
-      value[k] -= share * (decay * value[k] + rate * mean[k] / (std::sqrt(square[k] * square_correction) + kEpsilon));
+      value[k] -= decay * value[k] + rate * mean[k] / (std::sqrt(square[k] * square_correction) + kEpsilon);
     }
   }
 };
@@ -142,7 +81,7 @@ VoxelAdam::VoxelAdam(const GridField& field)
       mean_source_(torch::zeros_like(field.coefficients.detach())),
       square_source_(torch::zeros_like(mean_source_)) {}
 
-void VoxelAdam::step(GridField& field, std::span<const float> share, const Rates& rates) {
+void VoxelAdam::step(GridField& field, std::span<const std::uint8_t> moves, const Rates& rates) {
   ++steps_;
   const auto t = static_cast<double>(steps_);
   const double mean_correction = 1.0 / (1.0 - std::pow(double{kBeta1}, t));
@@ -156,11 +95,11 @@ void VoxelAdam::step(GridField& field, std::span<const float> share, const Rates
   };
   const Parameters density = of(field.log_depth, mean_density_, square_density_, rates.density, 0.0);
   const Parameters source = of(field.coefficients, mean_source_, square_source_, rates.source, rates.source_decay);
-  parallel_for(share.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
+  parallel_for(moves.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
-      if (share[n] == 0.0f) continue;
-      density.move(n, share[n], square_correction);
-      source.move(n, share[n], square_correction);
+      if (moves[n] == 0) continue;
+      density.move(n, square_correction);
+      source.move(n, square_correction);
     }
   });
 }
@@ -193,14 +132,14 @@ void VoxelAdam::restore(const Archive& archive, std::int64_t steps, const std::s
 
 namespace {
 
-/// Share of the training after which all halvings are done, the first ones sooner.
+/// Progress at which the last halving is due; earlier ones are due before, at equal intervals.
 constexpr double kRefinedBy = 0.25;
 
-/// Voxels are given up no sooner than all rows were learned from since the last change, or those of so many steps: they have met
-/// each voxel from many sides.
+/// After a halving or pruning, the next pruning waits until every row was used once, or for this many steps if that is less: by
+/// then rays have met each voxel from many directions.
 constexpr std::int64_t kStepsToPrune = 20;
 
-/// Largest two-way depth of a voxel: more only slows down the way back.
+/// Largest two-way depth of a voxel: more would only make it slower to become translucent again.
 constexpr double kMostDepth = 40.0;
 
 }  // namespace
@@ -226,7 +165,7 @@ bool GridLearner::adapt(double progress, std::int64_t epoch_steps) {
 bool GridLearner::refinement_is_due(double progress) const {
   if (level_ + 1 >= options_.n_levels || steps_at_level_ < std::max(1, options_.level_steps)) return false;
   if (progress / kRefinedBy * (options_.n_levels - 1) < level_ + 1) return false;
-  // At the pace of this level; by the clock, finer voxels will have less.
+  // Progress per step at this level. If the clock measures progress, fewer steps remain: those with finer voxels take longer.
   const double step = (progress - level_progress_) / static_cast<double>(steps_at_level_);
   return 1.0 - progress >= options_.refine_steps_left * step;
 }
@@ -238,11 +177,6 @@ void GridLearner::refine(double progress) {
   steps_at_level_ = 0;
   steps_since_change_ = 0;
   adam_ = VoxelAdam(field_);
-  forget_layout();
-}
-
-void GridLearner::forget_layout() {
-  neighbours_.reset();
 }
 
 int GridLearner::prunings_by(double progress) const {
@@ -260,41 +194,27 @@ void GridLearner::give_up_empty_voxels() {
   std::vector<std::uint8_t> keep(field_.n_active());
   for (std::size_t n = 0; n < keep.size(); ++n) keep[n] = a[n] >= least ? 1 : 0;
   adam_.keep(prune(field_, keep));
-  forget_layout();
 }
 
-double GridLearner::add_smoothness(std::span<const float> shares) {
-  if (options_.smooth_angular == 0.0) return 0.0;
-  if (!neighbours_) neighbours_.emplace(field_);
-  std::vector<float> weights(static_cast<std::size_t>(field_.channels().n_source()), static_cast<float>(options_.smooth_angular));
-  weights[0] = 0.0f;
-  return neighbours_->smoothness(field_.coefficients.data_ptr<float>(), weights, shares,
-                                 field_.coefficients.mutable_grad().data_ptr<float>());
-}
-
-std::vector<float> GridLearner::shares() const {
+std::vector<std::uint8_t> GridLearner::voxels_with_gradient() const {
   const float* d = field_.log_depth.grad().data_ptr<float>();
   const float* c = field_.coefficients.grad().data_ptr<float>();
   const auto n_source = static_cast<std::size_t>(field_.channels().n_source());
-  std::vector<float> shares(field_.n_active());
-  for (std::size_t n = 0; n < shares.size(); ++n)
-    if (d[n] != 0.0f || c[n * n_source] != 0.0f) shares[n] = 1.0f;
-  return shares;
+  std::vector<std::uint8_t> with(field_.n_active());
+  for (std::size_t n = 0; n < with.size(); ++n) with[n] = d[n] != 0.0f || c[n * n_source] != 0.0f ? 1 : 0;
+  return with;
 }
 
-double GridLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) {
+void GridLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) {
   for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
   torch::autograd::backward({pixels}, {gradient});
-  const std::vector<float> shares = this->shares();
-  const double priors = add_smoothness(shares);
   const torch::NoGradGuard no_grad;
   const double source_rate = rate * options_.source_rate;
   const double decay = options_.brightness_decay * std::pow(options_.final_brightness_decay, progress_);
-  adam_.step(field_, shares, {rate * options_.density_rate, source_rate, source_rate * decay});
+  adam_.step(field_, voxels_with_gradient(), {rate * options_.density_rate, source_rate, source_rate * decay});
   field_.log_depth.clamp_max_(std::log(kMostDepth));
   ++steps_at_level_;
   ++steps_since_change_;
-  return priors;
 }
 
 Archive GridLearner::state() const {
@@ -311,7 +231,6 @@ Archive GridLearner::state() const {
 
 void GridLearner::restore(const Archive& archive, const std::string& where) {
   field_ = restore_grid_field(archive, where);
-  forget_layout();
   const Json text = text_of(archive, "learner", where);
   level_ = member<int>(text, "level", where);
   level_progress_ = member<double>(text, "level_progress", where);

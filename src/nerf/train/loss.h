@@ -15,12 +15,11 @@
 #include "sarnerf/nerf/training_set.h"
 #include "train/response.h"
 
-// What learning minimises (docs/method/equations.md, E8), each term with its value and its gradient:
+// What learning minimises (docs/method/equations.md, E8), its value and its gradient:
 //
-//     L = Σ_pixels e² + λ P,        e = (μ − I) / d
+//     L = Σ_pixels e²,        e = (μ − I) / d
 //
-// μ is the power that the field renders, I the image. The data term is here, the prior in
-// train/grid_learner.h.
+// μ is the power that the field renders, I the image. There is no prior: none passed the ablation (docs/results/ablation.md).
 
 namespace sarnerf {
 

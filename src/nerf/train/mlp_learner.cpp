@@ -12,14 +12,14 @@ namespace sarnerf {
 
 namespace {
 
-/// Learns an MlpField: Adam over all weights, and now and then a look at where there is matter.
+/// Learns an MlpField: Adam over all weights, and a refresh of the occupied voxels every refresh_steps steps.
 class MlpLearner : public FieldLearner {
  public:
   MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor);
 
   const LearnedField& field() const override { return field_; }
   bool adapt(double progress, std::int64_t epoch_steps) override;
-  double minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) override;
+  void minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) override;
   void set_ground(std::shared_ptr<const LevelGround> ground) override { field_.ground = std::move(ground); }
   Archive state() const override;
   void restore(const Archive& archive, const std::string& where) override;
@@ -40,7 +40,7 @@ MlpLearner::MlpLearner(const TrainingSet& set, const MlpOptions& options, std::u
 }
 
 void MlpLearner::restart_optimiser() {
-  // No epsilon to speak of: gradients are small numbers.
+  // Epsilon is negligible, since gradients are small.
   adam_ = std::make_unique<torch::optim::Adam>(
       field_.parameters(), torch::optim::AdamOptions(options_.rate).betas({0.9, 0.99}).eps(1e-15));
 }
@@ -64,9 +64,9 @@ bool MlpLearner::adapt(double, std::int64_t) {
   return before.min != after.min || before.max != after.max;
 }
 
-double MlpLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) {
-  // Adam's first steps move all weights by the whole rate, whatever their gradients: enough to push a ReLU's density
-  // below 0 everywhere, where it stays.
+void MlpLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& gradient, double rate) {
+  // Adam's first steps move all weights by the full rate, whatever their gradients. That can push the ReLU's argument
+  // below 0 everywhere; the density then has no gradient and stays 0.
   const auto* const state = moments();
   const auto steps = static_cast<double>(state ? state->step() : 0);
   const double warm = std::min(1.0, (steps + 1.0) / options_.warm_up_steps);
@@ -76,7 +76,6 @@ double MlpLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& gr
   torch::autograd::backward({pixels}, {gradient});
   adam_->step();
   ++steps_since_refresh_;
-  return 0.0;
 }
 
 Archive MlpLearner::state() const {
@@ -99,7 +98,7 @@ void MlpLearner::restore(const Archive& archive, const std::string& where) {
   steps_since_refresh_ = member<std::int64_t>(text, "steps_since_refresh", where);
   const auto steps = member<std::int64_t>(text, "adam_steps", where);
   if (steps == 0) return;
-  // One step with gradients of 0 makes LibTorch build the state that is then filled.
+  // One step with gradients of 0 makes LibTorch allocate the state, which is then filled.
   field_.parameters()[0].mutable_grad() = torch::zeros_like(field_.parameters()[0]);
   adam_->step();
   auto* const state = moments();

@@ -12,10 +12,10 @@ namespace sarnerf {
 
 namespace {
 
-/// The most that one pass moves a view by (pixels): what a central difference still says.
+/// Largest shift of a view in one pass (pixels): as far as a central difference is valid.
 constexpr double kMostStep_pixels = 0.5;
 
-/// Successive over-relaxation: the field has followed the shift so far, and holds it back.
+/// Successive over-relaxation: the field has adapted to the shift so far, which makes the plain step too short.
 constexpr double kOverRelaxation = 1.5;
 
 /// α, ρ (pixels) and γ.
@@ -37,7 +37,7 @@ glm::dvec3 gauss_newton_step(const Image<float>& image, const Image<float>& rend
     }
   const double variance = errors / std::max(1.0, n_pixels);
   if (!(variance > 0.0)) return glm::dvec3(0.0);
-  // Relative to the noise: the prior is of two shifts, a gain has none.
+  // In units of the noise. The prior applies to the two shifts, not to the gain.
   squares /= variance;
   products /= variance;
   constexpr double kPrior = 1.0 / (kCut_pixels * kCut_pixels);

@@ -53,14 +53,14 @@ namespace {
 
 constexpr int kIterations = 60;
 
-/// Of the largest pixel.
+/// Fraction of the largest pixel below which pixels are set to 0.
 constexpr float kTail = 1e-4f;
 
-/// Power below which a quotient of two says nothing, of the image's largest.
+/// Smallest denominator of the ratio of image to estimate, as a fraction of the image's largest pixel.
 constexpr float kFaintest = 1e-12f;
 
-/// Each iteration begins ahead of where the last one ended, by as much of the last change as the changes before say
-/// (Biggs and Andrews 1997). What lies beyond the borders is found, too, as far as it leaks in, and cut off.
+/// Accelerated Richardson-Lucy: each iteration starts from an extrapolation along the last change, by a factor that the last two
+/// steps determine (Biggs and Andrews 1997). Power beyond the borders that leaks in is estimated, too, and then cut off.
 torch::Tensor without_response(const torch::Tensor& image, const ResponseMatrix& response) {
   const float faintest = kFaintest * image.max().item<float>();
   if (!(faintest > 0.0f)) return torch::zeros_like(image);

@@ -12,8 +12,8 @@
 
 namespace sarnerf {
 
-/// What an impulse response makes of the mean power X of an image and a border around it: B X = A X R, what
-/// convolve_power() leaves inside of the border. In products of matrices, which is what iterations ask for.
+/// An impulse response B as matrices. X is the mean power of an image and a border around it; B X = A X R is the result of
+/// convolve_power() inside of the border. Iterations are fast as products of matrices.
 struct ResponseMatrix {
   Border border;
   torch::Tensor azimuth;  ///< A [n_azimuth, n_azimuth + 2 border], float32
@@ -23,16 +23,16 @@ struct ResponseMatrix {
   torch::Tensor adjoint_of(const torch::Tensor& image) const { return azimuth.t().matmul(image).matmul(range.t()); }
 };
 
-/// The matrices of views in their order; views of one size and spacing share theirs. Throws UsageError where a spacing
+/// The matrices of the views, in their order; views of equal size and spacing share them. Throws UsageError if a spacing
 /// under-samples the resolution.
 std::vector<std::shared_ptr<const ResponseMatrix>> response_matrices(const std::vector<PosedImage>& images,
                                                                      const Resolution& resolution);
 
-/// What the images would show without their impulse response, as far as each tells by itself: power that is nowhere
-/// negative and, seen through the response, is the image (Richardson 1972, Lucy 1974). What is 40 dB below the largest pixel
-/// of all, and is no more than the tails that the iteration has not taken away yet, is 0.
+/// Richardson-Lucy deconvolution of each image by itself (Richardson 1972, Lucy 1974): non-negative power that, convolved with
+/// the response, gives the image. Pixels 40 dB below the largest pixel of all images are set to 0: they are only tails that the
+/// iteration has not removed yet.
 ///
-/// Cost: 240 products of matrices a view. Throws UsageError where a spacing under-samples the resolution.
+/// Throws UsageError if a spacing under-samples the resolution. Cost: 240 products of matrices a view.
 std::vector<PosedImage> richardson_lucy(const std::vector<PosedImage>& images, const Resolution& resolution);
 
 }  // namespace sarnerf

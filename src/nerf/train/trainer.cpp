@@ -31,17 +31,17 @@ class RowQueue {
   /// Empty until keep_rows_that_see().
   explicit RowQueue(std::uint64_t seed) : random_(seed) {}
 
-  /// Begins anew with the rows that see the field's matter.
+  /// Restarts with the rows that see the field's occupied voxels.
   void keep_rows_that_see(const TrainingSet& set, const LearnedField& field);
 
   bool empty() const { return rows_.empty(); }
-  /// Steps of so many rows in which each row comes once.
+  /// Number of steps in which each row comes once.
   std::int64_t epoch_steps(int rows_per_step) const {
     return (static_cast<std::int64_t>(rows_.size()) + rows_per_step - 1) / rows_per_step;
   }
   Draw next();
 
-  /// Order, place and random state under "rows" and in the text.
+  /// Saves the order under "rows", and position and random state in the JSON object.
   void save(Archive& archive) const;
   void restore(const Archive& archive, const std::string& where);
 
@@ -115,7 +115,7 @@ std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const Trainer
 
 namespace {
 
-/// Rates fall as far as they shall in so many steps or more. Fewer cannot afford to become slow.
+/// Learning rates fall to final_rate only in trainings of at least so many steps. Shorter ones need higher rates.
 constexpr double kStepsToFall = 100.0;
 
 }  // namespace
@@ -136,7 +136,7 @@ struct Trainer::State {
         data_term(set, pixel_loss(set, options)), guard(set), queue(options.seed),
         registration(options.n_registrations) {}
 
-  /// What goes with shifts and gains of the views, after they have changed.
+  /// Updates what depends on the views' shifts and gains.
   void views_have_changed() {
     data_term.set_images(set);
     if (registration.is_complete() && set.ground) {
@@ -148,7 +148,7 @@ struct Trainer::State {
     field_has_changed(true);
   }
 
-  /// The queue's rows, or with `resume` only what goes with them, after the field's space has changed.
+  /// Updates the queue (unless `resume`) and the windows after the field's occupied space has changed.
   void field_has_changed(bool resume) {
     if (!resume) queue.keep_rows_that_see(set, learner->field());
     windows.clear();
@@ -158,7 +158,7 @@ struct Trainer::State {
     for (const PosedImage& image : set.images) windows.push_back(layover_shadow_window(image.acquisition, box_m, height_m));
   }
 
-  /// Of the largest learning rates, in a training that goes on at the pace so far.
+  /// Fraction of the largest learning rates. The total number of steps is extrapolated from the progress so far.
   double rate(double progress) const {
     const double all_steps = progress > 0.0 ? static_cast<double>(steps) / progress : kStepsToFall;
     return std::pow(options.final_rate, progress * std::min(1.0, all_steps / kStepsToFall));
@@ -177,7 +177,7 @@ struct Trainer::State {
     return s;
   }
 
-  /// The next rows of the queue, as far as objects on the ground can change them.
+  /// The next rows of the queue, limited over a ground to the parts that objects on it can change.
   RowBatch next_batch() {
     RowBatch batch;
     for (int n = 0; n < options.rows_per_step && !queue.empty(); ++n) {
@@ -220,14 +220,13 @@ StepReport Trainer::step(double progress) {
     s.registration.pass(s.set, s.learner->field(), s.data_term.pixel());
     s.views_have_changed();
   }
-  StepReport report{s.steps + 1, 0.0, 0.0, s.learner->field().size_text()};
+  StepReport report{s.steps + 1, 0.0, s.learner->field().size_text()};
   if (const RowBatch batch = s.next_batch(); !batch.rows.empty()) {
     const torch::Tensor pixels = s.learner->field().render_rows(batch.requests, s.sampling());
     const DataLoss data = s.data_term.of(batch, pixels);
     s.guard.check(data, report.step);
-    const double priors = s.learner->minimise(pixels, data.gradient, s.rate(progress));
+    s.learner->minimise(pixels, data.gradient, s.rate(progress));
     report.loss = data.per_pixel(data.value);
-    report.priors = data.per_pixel(priors);
   }
   ++s.steps;
   return report;

@@ -31,7 +31,6 @@ void for_each_grid_option(Options& o, Visit&& visit) {
   visit("n_prunings", o.n_prunings);
   visit("brightness_decay", o.brightness_decay);
   visit("final_brightness_decay", o.final_brightness_decay);
-  visit("smooth_angular", o.smooth_angular);
 }
 
 template <class Options, class Visit>
@@ -73,7 +72,7 @@ void for_each_option(Options& o, Visit&& visit) {
 /// Options of older versions, and what replaces them; empty: nothing, for the rule was dropped (docs/results/ablation.md).
 const std::map<std::string, std::string> kReplaced = {
     {"speckle_floor", "misfit"}, {"relative_epsilon", "misfit"}, {"speckle_most", ""}, {"huber_delta", ""}, {"distortion", ""}, {"final_distortion", ""},
-    {"prune_exposure", ""}, {"smooth_density", ""}, {"smooth_source", ""}};
+    {"prune_exposure", ""}, {"smooth_density", ""}, {"smooth_source", ""}, {"smooth_angular", ""}};
 
 /// By the clock, a step with voxels of half the size takes as long as some four of before.
 constexpr int kClockStepsLeft = 300;
@@ -102,11 +101,6 @@ void learn_surfaces(GridOptions& grid, bool several_incidences) {
   grid.brightness_decay = several_incidences ? 1.0 : 0.7;
 }
 
-/// Weight of the smoothness prior over a ground, times views. A step's data term is that of some rows, whatever the number of
-/// views: to be a fixed prior beside all data, the weight falls as they become more. (Looks are in the data term.)
-/// The number was found on a truck and a building of one and four looks.
-constexpr double kSmoothness = 600.0;
-
 }  // namespace
 
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule,
@@ -118,8 +112,6 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   for (const PosedImage& image : set.images) bin_m = std::min(bin_m, image.acquisition.range_spacing_m);
   options.grid.voxel_size_m = 2.0 / 3.0 * bin_m;
   if (!set.exact_poses) options.n_registrations = 12;
-  if (set.ground)
-    options.grid.smooth_angular = kSmoothness / static_cast<double>(set.images.size());
   if (set.background && !set.ground) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
     options.grid.initial_depth = 0.01;

@@ -29,7 +29,7 @@ float mean_of_brightest(const std::vector<PosedImage>& images) {
   return static_cast<float>(sum / static_cast<double>(n));
 }
 
-/// The largest of the views'.
+/// The largest ground-range width of a view.
 double level_width_m(const std::vector<PosedImage>& images) {
   double most = 0.0;
   for (const PosedImage& image : images) {
@@ -39,11 +39,11 @@ double level_width_m(const std::vector<PosedImage>& images) {
   return most;
 }
 
-/// Of the peak: what images with an impulse response show where nothing is, its tails, which reach everywhere.
+/// Level of an impulse response's tails, as a fraction of the peak. They reach everywhere, also where the scene is empty.
 constexpr float kTail = 1e-4f;
 
-/// Whether four fifths of the pixels are tails. Sidelobes without a weighting window cross far more of an image than that
-/// leaves: what is carved then is too little to begin with opaque matter in the rest, measured to fail.
+/// Whether four fifths of the pixels are tails. Without a weighting window, sidelobes cover far more of an image than the
+/// remaining fifth. Carving then removes too little: starting with opaque voxels in the rest was measured to fail.
 bool is_mostly_tails(const std::vector<PosedImage>& images, float peak) {
   std::size_t n_dark = 0, n = 0;
   for (const PosedImage& image : images) {
@@ -60,7 +60,7 @@ std::vector<PosedImage> without_tails(std::vector<PosedImage> images, float peak
   return images;
 }
 
-/// Whether all pixels hold the same power. Images of one pixel cannot say.
+/// Whether all pixels hold the same power; false for images of one pixel each.
 bool are_uniform(const std::vector<PosedImage>& images) {
   const float first = images.front().power.pixels().front();
   std::size_t n = 0;
@@ -72,7 +72,7 @@ bool are_uniform(const std::vector<PosedImage>& images) {
   return n > images.size();
 }
 
-/// What the images show of the ground: its height is `height_m` (relative to the aim point), or estimated.
+/// The ground that the images show. Its height is `height_m` (relative to the aim point), or estimated if that is not given.
 std::optional<GroundEstimate> ground_of(const std::vector<PosedImage>& images, const Box& box_m, std::optional<double> height_m,
                                         const GroundRule& rule) {
   if (height_m && !(*height_m < box_m.max.y)) {

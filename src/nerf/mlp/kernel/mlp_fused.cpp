@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What this processor and the system offer to the fused kernels.
+// The fused kernels: support by processor and system, plan, and autograd function.
 #include <algorithm>
 #include <new>
 
@@ -26,7 +26,7 @@ bool has_avx512_bf16() {
          __builtin_cpu_supports("avx512bf16");
 }
 
-/// Linux gives the tile registers, 8 KiB a thread in each signal frame, only to a process that asks.
+/// Linux grants the tile registers, 8 KiB a thread in each signal frame, only to a process that requests them.
 bool has_amx_bf16() {
   unsigned a = 0, b = 0, c = 0, d = 0;
   constexpr unsigned kBf16 = 1u << 22, kTile = 1u << 24;
@@ -227,7 +227,7 @@ class Samples {
   void copy(std::size_t at, const Samples& from, std::size_t index) const {
     for (std::size_t c = 0; c < 6; ++c) component(c)[at] = from.component(c)[index];
   }
-  /// Makes [begin, end) samples that hurt nobody.
+  /// Fills [begin, end) with zeros, which are valid samples.
   void pad(std::size_t begin, std::size_t end) const {
     for (std::size_t c = 0; c < 6; ++c) std::fill(component(c) + begin, component(c) + end, 0.0f);
   }
@@ -247,7 +247,7 @@ class Samples {
 
 std::size_t padded(std::size_t n) { return (n + 31) / 32 * 32; }
 
-/// What the backward pass needs of the forward one.
+/// State of the forward pass that the backward pass needs.
 struct Pass : torch::CustomClassHolder {
   Pass(const MlpNetwork& network, std::size_t n_samples, MlpKernel kernel)
       : owner(network.shape, network.box_m), functions(functions_of(kernel)), n(n_samples),
@@ -277,7 +277,7 @@ void forward(const Pass& pass, const float* parameters, std::span<const glm::vec
   };
   const MlpPlan& plan = pass.owner.plan();
   std::vector<std::unique_ptr<Worker>> workers(static_cast<std::size_t>(thread_count()));
-  // Ends of chunks are multiples of what the kernels take at a time, whatever the parallel loop would cut.
+  // Chunks are multiples of what the kernels take at a time, however the parallel loop would divide the samples.
   parallel_for((pass.n + kGrain - 1) / kGrain, 1, [&](std::size_t chunk, std::size_t, int w) {
     const std::size_t begin = chunk * kGrain, end = std::min(pass.n, begin + kGrain);
     std::unique_ptr<Worker>& worker = workers[static_cast<std::size_t>(w)];
@@ -285,7 +285,7 @@ void forward(const Pass& pass, const float* parameters, std::span<const glm::vec
       worker = std::make_unique<Worker>();
       worker->scratch = Buffer<char>(mlp_forward_scratch(plan));
     }
-    // The last ray that begins at `begin` or before it: it is the one that owns the sample.
+    // The last ray that begins at `begin` or before it: the sample belongs to it.
     auto ray = static_cast<std::size_t>(
         std::upper_bound(ray_begin.begin(), ray_begin.end(), static_cast<std::uint32_t>(begin)) -
         ray_begin.begin() - 1);
@@ -302,11 +302,11 @@ void forward(const Pass& pass, const float* parameters, std::span<const glm::vec
   });
 }
 
-/// Samples without a gradient, in empty space or behind opaque matter, are left out. The others are dealt to the
-/// threads in parts that depend on nothing but their number, and their sums are added up in the parts' order.
+/// Samples without a gradient, in empty space or behind opaque material, are skipped. The others are distributed among the
+/// threads in parts that depend only on the numbers of samples and threads; sums are added in the order of the parts.
 ///
-/// They are evaluated again. To keep the activations instead, 5 KiB a sample, would save 0.9 of 2.7 µs a sample here
-/// and cost about 0.25 µs in the forward pass, for every sample: a loss unless half of them have a gradient.
+/// They are evaluated again. Keeping the activations instead (5 KiB a sample) would save 0.9 of 2.7 µs a sample here
+/// and cost about 0.25 µs for every sample in the forward pass: a loss unless half of them have a gradient.
 void backward(const Pass& pass, const float* parameters, const float* sigma_gradient, const float* s_gradient,
               float* gradient) {
   const MlpPlan& plan = pass.owner.plan();

@@ -4,20 +4,20 @@
 #include <cstddef>
 #include <cstdint>
 
-/// What crosses from mlp_fused.cpp into the kernels of the network. They are compiled for instruction sets that
-/// this processor may not have, so neither side shares an inline function: the linker keeps one copy of each, and
+/// The interface between mlp_fused.cpp and the kernels of the network. These are compiled for instruction sets that
+/// this processor may not have, so the two sides share no inline function: the linker keeps one copy of each, and
 /// it might keep the wrong one. Hence plain pointers, and no standard containers.
 ///
-/// Everything is cut into tiles of 1 KiB: 16 rows of 64 bytes. Four layouts of bf16 numbers:
+/// All matrices are divided into tiles of 1 KiB: 16 rows of 64 bytes. Four layouts of bf16 numbers:
 ///
 ///     values       [samples / 16][features / 32] tiles of 16 samples × 32 features
 ///     weights      [outputs / 32][inputs / 32][2] tiles of 16 rows: 2 inputs × 16 outputs, interleaved
 ///     transposed   [features / 32][samples / 32][2] tiles of 16 features × 32 samples
 ///     paired       [features / 32][samples / 32][2] tiles of 16 rows: 2 samples × 16 features, interleaved
 ///
-/// A layer is values · weights, the gradient of its input the same with the transposed matrix, that of its weights
+/// A layer is values · weights; the gradient of its input is the same with the transposed matrix, that of its weights
 /// transposed · paired. In the last two layouts the first tile has the even features and the second the odd ones, and
-/// the samples of a step of 32 stand in the order 0, 16, 1, 17, …, 15, 31.
+/// the samples of a step of 32 are in the order 0, 16, 1, 17, …, 15, 31.
 namespace sarnerf {
 
 /// Where a part of a layer's input comes from.
@@ -41,10 +41,10 @@ struct MlpKernelLayer {
 struct MlpKernelHead {
   std::size_t layer;
   std::size_t weight, bias;  ///< in the parameters
-  std::size_t sum;           ///< among the sums: [n_in / 32][2][16] of the weights, [16] to be added up of the bias
+  std::size_t sum;           ///< among the sums: [n_in / 32][2][16] of the weights, then [16] partial sums of the bias
 };
 
-/// Layers: the trunk, the bottleneck (no ReLU), the layer that sees the direction.
+/// Layers: the trunk, the bottleneck (no ReLU), the layer that takes the direction.
 struct MlpPlan {
   const MlpKernelLayer* layers;
   std::size_t n_layers;
@@ -54,26 +54,26 @@ struct MlpPlan {
   std::size_t width_steps;                      ///< largest n_out / 32
   std::size_t n_tiles;                          ///< of packed weights
   std::size_t n_sums;                           ///< floats
-  float centre[3], inverse_half_size[3];        ///< of the box that becomes [−1, 1]³
+  float centre[3], inverse_half_size[3];        ///< of the box that is mapped to [−1, 1]³
 };
 
-/// Samples of one call, padded with anything finite to a multiple of 32.
+/// Samples of one call, padded with any finite values to a multiple of 32.
 struct MlpSamples {
   std::size_t n;          ///< multiple of 32
   const float* point[3];  ///< [n] each
   const float* direction[3];
 };
 
-/// Samples that the forward pass takes at a time: their activations stay in the first-level cache, while all weights
-/// pass by from the second.
+/// Samples that the forward pass takes at a time: their activations stay in the L1 cache, while all weights are
+/// streamed from the L2 cache.
 inline constexpr std::size_t kMlpBlock = 32;
 
-/// Most samples of a call of the backward pass. Reading and writing the sums costs as much as this many samples
-/// do otherwise if there are few; their activations leave the cache if there are many.
+/// Maximum number of samples of a call of the backward pass. With few samples, reading and writing the sums costs as much
+/// as the samples themselves; with many, their activations leave the cache.
 inline constexpr std::size_t kMlpChunk = 1024;
 
-/// Samples over which products for the gradient of weights are summed in registers: their half of a product fits
-/// into the first-level cache.
+/// Samples over which products for the gradient of weights are summed in registers: one operand of such a product fits
+/// into the L1 cache.
 inline constexpr std::size_t kMlpRun = 256;
 
 /// Bytes of scratch space that forward() and backward() need, to be aligned to 64.

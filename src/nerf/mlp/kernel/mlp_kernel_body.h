@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels of the network, included once for each instruction set behind its tile products, with
-// SARNERF_KERNEL_NAMESPACE its name.
+// The kernels of the network. Included once for each instruction set, after its tile products;
+// SARNERF_KERNEL_NAMESPACE is its name.
 #pragma once
 
 #include "mlp/kernel/mlp_kernel_forward.h"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kStep = 32;  ///< samples of a step of the products for the gradient of weights
 
-/// ∂L/∂(a layer's output before its ReLU) of a run of samples, in the two layouts that the products want.
+/// ∂L/∂(a layer's output before its ReLU) of a run of samples, in the two layouts that the products need.
 struct MlpRunGradient {
   char* values;
   char* paired;
@@ -21,15 +21,15 @@ inline __mmask32 positive(__m512i row) {
   return _mm512_cmpgt_epi16_mask(row, _mm512_setzero_si512());
 }
 
-/// Sums over samples of rows of `paired`.
+/// Adds the pairs of samples of a row of `paired` to `sum`.
 inline __m512 add_pairs(__m512 sum, __m512i row) {
   const auto ones = reinterpret_cast<__m512bh>(_mm512_set1_epi16(0x3f80));
   return _mm512_dpbf16_ps(sum, reinterpret_cast<__m512bh>(row), ones);
 }
 
-/// What remains to be done with a product of 32 samples × 32 features of the layer before, or with none: the share
-/// of the head that reads that layer, the derivative of its ReLU, both layouts, its bias. In sixteen parts: see
-/// ForwardFinish.
+/// Completes a product of 32 samples × 32 features of the layer before, or starts from 0 without a product: adds the gradient
+/// by the head that reads that layer, multiplies by the derivative of its ReLU, writes both layouts, adds to its bias's sums.
+/// In sixteen parts: see ForwardFinish.
 template <bool kProduct, bool kRelu, bool kHead>
 struct BackwardFinish {
   const float* c;         ///< [2][2] tiles
@@ -39,7 +39,7 @@ struct BackwardFinish {
   char* values[2];
   char* paired;     ///< two tiles
   float* bias_sum;  ///< [2][16]
-  __m512 bias[2];   ///< the same while it is added to
+  __m512 bias[2];   ///< the same, while it is being summed
   std::size_t part = 16, parts_per_step = 1;
 
   void operator()() { advance(parts_per_step); }
@@ -81,7 +81,7 @@ struct BackwardFinish {
   }
 };
 
-/// Gradient before layer l of a run of n samples, from that behind it; for l = n_layers, from the gradient of S_r
+/// Gradient before layer l of a run of n samples, from the gradient behind it; for l = n_layers, from that of S_r
 /// alone.
 template <bool kProduct, bool kRelu, bool kHead>
 [[gnu::noinline]] void backward_layer(const MlpPlan& plan, std::size_t l, const float* parameters,
@@ -122,7 +122,7 @@ template <bool kProduct, bool kRelu, bool kHead>
   finish.finish();
 }
 
-/// Turns 32 features of a run of samples into `transposed`, a tile at a time.
+/// Converts 32 features of a run of samples to `transposed`, a tile at a time.
 struct TransposeRun {
   const char* values;   ///< first tile of the features
   std::size_t stride;   ///< from panel to panel
@@ -152,8 +152,8 @@ struct TransposeRun {
   }
 };
 
-/// Gradient of a part of a layer's weights by a run of n samples. While 32 of its inputs are multiplied, the next
-/// ones are transposed to the other half of `transposed`.
+/// Adds the gradient of a part of a layer's weights from a run of n samples. While 32 of its inputs are multiplied, the
+/// next 32 are transposed to the other half of `transposed`.
 [[gnu::noinline]] void add_weight_gradient(const MlpKernelLayer& layer, std::size_t part, const char* input,
                                            std::size_t n, const char* paired, char* transposed, float* sums) {
   const std::size_t steps = layer.steps[part], runs = n / kStep, pairs = layer.n_out / 32;
@@ -168,7 +168,7 @@ struct TransposeRun {
     next.calls_per_tile = pairs / 2;
     for (std::size_t out = 0; out < pairs; ++out) {
       float* sum = sums + layer.sum + 4 * kTileFloats * ((first_step + in) * pairs + out);
-      // The hardware does not foresee which sums are next.
+      // The hardware does not predict which sums are next.
       const char* next_sum = reinterpret_cast<const char*>(sum + 4 * kTileFloats);
       add_product(left, paired + 2 * kTileBytes * runs * out, runs, sum, [&] {
         for (std::size_t line = 0; line < 8; ++line) _mm_prefetch(next_sum + 64 * line, _MM_HINT_T0);
@@ -180,7 +180,7 @@ struct TransposeRun {
   }
 }
 
-/// Adds to sums what n samples give for a head's weights and its bias.
+/// Adds the gradients of a head's weights and bias from n samples to the sums.
 [[gnu::noinline]] void add_head_gradient(const char* values, std::size_t steps, const float* gradient,
                                          std::size_t n, float* sums) {
   for (std::size_t pair = 0; pair < steps; ++pair) {
@@ -219,7 +219,7 @@ struct Scratch {
 
 inline std::size_t smaller(std::size_t a, std::size_t b) { return a < b ? a : b; }
 
-/// The same for the samples from `begin` on.
+/// `v` for the samples from `begin` on.
 MlpBlockValues advanced(const MlpPlan& plan, const MlpBlockValues& v, std::size_t begin) {
   const std::size_t panel = begin / kPanel;
   MlpBlockValues out{};
@@ -245,7 +245,7 @@ void forward(const MlpPlan& plan, const float* parameters, const char* packed, c
   MlpBlockValues values{};
   values.position = space.take(kPanels * panel_bytes(plan.position_steps));
   values.direction = space.take(kPanels * panel_bytes(plan.direction_steps));
-  // A layer reads none but the one before.
+  // A layer reads only the one before.
   char* turns[2];
   for (char*& turn : turns) turn = space.take(kPanels * panel_bytes(plan.width_steps));
   for (std::size_t l = 0; l < plan.n_layers; ++l) values.activations[l] = turns[l % 2];
@@ -277,8 +277,8 @@ void backward(const MlpPlan& plan, const float* parameters, const char* packed, 
                   advanced(plan, values, begin), outputs, outputs + kMlpBlock);
   }
 
-  // Layer by layer, so that its weights and their sums are fetched once a chunk. The gradient before a layer takes
-  // the place that the run before has left.
+  // Layer by layer, so that its weights and their sums are fetched once a chunk. The gradient before a layer is written
+  // to the buffer that the previous run has freed.
   const std::size_t n_runs = (samples.n + kMlpRun - 1) / kMlpRun;
   std::size_t first = 0;
   const std::size_t last = plan.n_layers - 1;

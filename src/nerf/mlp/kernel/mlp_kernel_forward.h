@@ -7,14 +7,14 @@
 
 #include "mlp/kernel/mlp_kernel.h"
 
-/// Changes between the layouts of mlp_kernel.h, a vector at a time. Internal linkage: see there.
+/// Conversions between the layouts of mlp_kernel.h, a vector at a time. Internal linkage: see there.
 namespace sarnerf {
 namespace {
 
 inline __m512i load(const char* p) { return _mm512_load_si512(p); }
 inline void store(char* p, __m512i v) { _mm512_store_si512(p, v); }
 
-/// Row of `values`: the first 16 features and the others.
+/// Row of `values`, from the first 16 features and the other 16.
 inline __m512i to_bf16(__m512 first, __m512 second) {
   return reinterpret_cast<__m512i>(_mm512_cvtne2ps_pbh(second, first));
 }
@@ -101,14 +101,14 @@ inline void sine_cosine(__m512 x, __m512& sine, __m512& cosine) {
   q = _mm512_fmadd_ps(q, y, _mm512_set1_ps(4.0587121f));
   q = _mm512_fmadd_ps(q, y, _mm512_set1_ps(-4.9348022f));
   q = _mm512_fmadd_ps(q, y, _mm512_set1_ps(1.0f));
-  // Odd n turns both signs.
+  // Odd n flips both signs.
   const __m512i sign = _mm512_slli_epi32(_mm512_cvtps_epi32(n), 31);
   sine = _mm512_castsi512_ps(_mm512_xor_si512(_mm512_castps_si512(p), sign));
   cosine = _mm512_castsi512_ps(_mm512_xor_si512(_mm512_castps_si512(q), sign));
 }
 
-/// Panel of `values`: for each axis x itself, then sin 2ˡπx of the three and cos 2ˡπx of the three for l = 0, 1, …
-/// Each doubling of the angle doubles the error, from 1e-7 on: 1e-4 for L = 10, where bf16 rounds by 2e-3.
+/// Panel of `values`: x of the three axes, then for l = 0, 1, … sin 2ˡπx of the three and cos 2ˡπx of the three.
+/// Each doubling of the angle doubles the error, which begins at 1e-7: 1e-4 for L = 10, where bf16 rounds by 2e-3.
 inline void encode(const __m512 (&axis)[3], std::size_t n_frequencies, std::size_t steps, char* panel) {
   alignas(64) float feature[128][16];
   __m512 sine[3], cosine[3];
@@ -159,7 +159,7 @@ inline void load_block(const float* p, std::size_t stride, std::size_t n, __m512
   }
 }
 
-/// Layout `weights` of a matrix W [n_out, stride], its columns [0, n_in), to the steps from `begin` on of `all_steps`.
+/// Packs columns [0, n_in) of a matrix W [n_out, stride] in the layout `weights`, into steps from `begin` on of `all_steps`.
 inline void pack_weights(const float* weight, std::size_t stride, std::size_t n_out, std::size_t n_in,
                          std::size_t begin, std::size_t all_steps, char* tiles) {
   for (std::size_t out = 0; out < n_out; out += 16) {
@@ -210,14 +210,14 @@ inline void pack_layer(const MlpKernelLayer& layer, const float* parameters, cha
 }  // namespace
 }  // namespace sarnerf
 
-/// The forward pass of a block of samples. Included behind mlp_tiles_amx.h or mlp_tiles_avx512.h. Internal linkage:
+/// The forward pass of a block of samples. Included after mlp_tiles_amx.h or mlp_tiles_avx512.h. Internal linkage:
 /// see mlp_kernel.h.
 namespace sarnerf {
 namespace {
 
 constexpr std::size_t kPanel = 16;  ///< samples of a tile of `values`
 
-/// Bytes of `values` of one panel of 32 steps features.
+/// Bytes of one panel of `values` with 32 · steps features.
 inline std::size_t panel_bytes(std::size_t steps) { return kTileBytes * steps; }
 
 /// Inputs of the layers of a block, as `values`: activations[l] is layer l's output.
@@ -257,8 +257,8 @@ inline void encode_block(const MlpPlan& plan, const MlpSamples& samples, std::si
   }
 }
 
-/// What remains to be done with a product of 32 samples × 32 outputs: bias, ReLU, bf16, and the scalar product with a
-/// head's weights. It is done in sixteen parts while the next product is under way.
+/// Completes a product of 32 samples × 32 outputs: bias, ReLU, conversion to bf16, and the scalar product with a head's
+/// weights. This is done in sixteen parts while the next product is being computed.
 template <bool kRelu, bool kHead>
 struct ForwardFinish {
   const float* c;   ///< [2][2] tiles

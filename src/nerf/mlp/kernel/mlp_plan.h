@@ -23,8 +23,8 @@ MlpOutput mlp_forward_fused(const MlpNetwork& network, std::span<const glm::vec3
 
 namespace sarnerf {
 
-/// A network as the fused kernels want it: sizes padded, places of packed weights and of sums. Owns what `plan`
-/// points to, hence stays where it is.
+/// Description of a network for the fused kernels: padded sizes, and offsets of packed weights and of sums. Owns what
+/// `plan` points to, and therefore cannot be copied or moved.
 class MlpPlanOwner {
  public:
   MlpPlanOwner(const MlpShape& shape, const Box& box_m);

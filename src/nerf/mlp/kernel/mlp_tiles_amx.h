@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kTileBytes = 1024;
 constexpr std::size_t kTileFloats = 256;
 
-/// All eight tile registers of a thread, 16 rows of 64 bytes each, while it lives.
+/// Configures all eight tile registers of a thread, 16 rows of 64 bytes each, for its lifetime.
 class TileSession {
  public:
   TileSession() {
@@ -22,7 +22,7 @@ class TileSession {
       std::uint16_t row_bytes[16] = {64, 64, 64, 64, 64, 64, 64, 64};
       std::uint8_t rows[16] = {16, 16, 16, 16, 16, 16, 16, 16};
     } config;
-    // The intrinsics say nothing to the compiler about the memory that they read.
+    // The intrinsics do not tell the compiler which memory they read.
     asm volatile("" ::"r"(&config) : "memory");
     _tile_loadconfig(&config);
   }
@@ -37,8 +37,8 @@ struct TileRun {
   std::size_t stride;  ///< bytes from step to step
 };
 
-/// Adds left · right to registers 0…3, and calls work() once a step, in the shadow of the products. The left operand
-/// is to stay in the first-level cache for more products; the right one, read once, is not to displace it.
+/// Adds left · right to registers 0…3, and calls work() once a step, which overlaps with the products. The left operand
+/// should stay in the L1 cache for further products; the right one, read once, should not displace it.
 template <class Work>
 inline void multiply(TileRun left, TileRun right, std::size_t steps, Work&& work) {
 #pragma GCC unroll 8
