@@ -129,7 +129,7 @@ RegisteredSet registered_training_set(std::vector<PosedImage> images, const Box&
   register_views(images, kCut_pixels, 0.0, monitor);
   RegisteredSet result{training_set(std::move(images), scene_box_m, heights, resolution, ground_rule), {}};
   result.set.exact_poses = false;
-  for (const PosedImage& image : result.set.images) result.registered.push_back(image.acquisition);
+  result.registered = result.set.images;
   for (auto* list : {&result.set.images, &result.set.deconvolved})
     for (PosedImage& image : *list) image.acquisition.azimuth_shift_m = image.acquisition.range_shift_m = 0.0;
   return result;

@@ -62,10 +62,11 @@ ImageDistance load_lpips(const std::filesystem::path& weights);
 /// The reason why these views have no LPIPS; empty if they have it.
 std::string lpips_missing(const std::filesystem::path& weights, std::span<const PosedImage> views);
 
-/// A training set of views that are registered, and the acquisitions that their correlation found: with shifts.
+/// A training set of views that are registered, and its images with the shifts that their correlation found, before a field has
+/// learned their gains.
 struct RegisteredSet {
   TrainingSet set;
-  std::vector<Acquisition> registered;
+  std::vector<PosedImage> registered;
 };
 
 /// training_set() of views whose poses are not exact. Registers the views to one another first (register_views()), since the

@@ -57,11 +57,9 @@ Image<float> amplitudes(Image<float> power) {
   return power;
 }
 
-/// The images for the baselines: those that the field learned from, registered to one another and not by the field.
+/// The images for the baselines: those that the field learned from, registered to one another, without the field's shifts and gains.
 std::vector<PosedImage> baseline_images(const ReportInput& in) {
-  std::vector<PosedImage> images = in.trainer.set().images;
-  for (std::size_t v = 0; v < in.data.registered.size(); ++v) images[v].acquisition = in.data.registered[v];
-  return images;
+  return in.data.registered.empty() ? in.trainer.set().images : in.data.registered;
 }
 
 /// Each picture shows a single view, its despeckled truth, the prediction, the best baseline, and the prediction's

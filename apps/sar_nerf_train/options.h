@@ -92,8 +92,8 @@ struct Data {
   std::optional<DespeckledTruth> despeckled;  ///< of the validation views, if requested
   std::size_t n_held_out = 0;  ///< validation views of the dataset itself; they come first
   TrainingSet set;             ///< the trainer moves it out
-  /// Acquisitions of the training images as registered to one another, for the baselines; empty if poses are exact.
-  std::vector<Acquisition> registered;
+  /// The training images as registered to one another, for the baselines; empty if poses are exact.
+  std::vector<PosedImage> registered;
 };
 
 /// Reads the dataset's manifest and images, and those of --against. Reports on the console what was left out or is unusual.
