@@ -55,7 +55,7 @@ struct Method {
 };
 
 struct Rule {
-  std::string name, text;
+  std::string name, text;  ///< no text where the name says it all
   std::function<bool(const TrainerOptions&, const TrainingSet&)> acts;
   std::function<void(Method&)> leave_out;
 };
@@ -169,7 +169,7 @@ const std::vector<Rule>& changed_constants() {
     std::vector<Rule> list;
     for (const Constant& c : constants())
       for (const double factor : {2.0, 0.5})
-        list.push_back({format("%s x %g", c.name, factor), format("%s x %g", c.name, factor), c.acts,
+        list.push_back({format("%s x %g", c.name, factor), {}, c.acts,
                         [multiply = c.multiply, factor](Method& m) { multiply(m, factor); }});
     return list;
   }();
@@ -354,23 +354,31 @@ Interval interval_of(const std::vector<double>& values) {
   return i;
 }
 
-std::string table_of(const std::vector<Cell>& cells, const AblationOptions& o) {
-  constexpr double kLeastGain_db = 0.3, kNothing_db = 0.1;
+const char* rule_verdict(const Interval& gain, std::size_t n_scenes) {
+  constexpr double kLeastGain_db = 0.3;
   constexpr std::size_t kLeastScenes = 5;
+  if (n_scenes < kLeastScenes) return "too few scenes";
+  return gain.mean - gain.half_width > 0.0 && gain.mean >= kLeastGain_db ? "stays" : "goes";
+}
+
+/// Of a changed constant, where `gain` is that of the default over it.
+const char* constant_verdict(const Interval& gain) {
+  constexpr double kNothing_db = 0.1;
+  if (std::abs(gain.mean) < kNothing_db) return "no matter";
+  return gain.mean > 0.0 ? "worse" : "better";
+}
+
+std::string table_of(const std::vector<Cell>& cells, const AblationOptions& o) {
   std::string text = "| rule | scenes | gain (dB) | 95 % interval | gain in power (dB) | least | most | verdict |\n"
                      "|---|--:|--:|--:|--:|--:|--:|---|\n";
   for (const Rule& rule : o.candidates()) {
     const std::vector<double> gains = gains_of(cells, rule.name, false);
     if (gains.empty()) continue;
     const Interval i = interval_of(gains), power = interval_of(gains_of(cells, rule.name, true));
-    const bool stays = i.mean - i.half_width > 0.0 && i.mean >= kLeastGain_db;
     const auto [least, most] = std::ranges::minmax(gains);
-    const char* const verdict = o.constants                       ? (std::abs(i.mean) < kNothing_db ? "no matter" : i.mean > 0.0 ? "worse" : "better")
-                                : gains.size() < kLeastScenes ? "too few scenes"
-                                : stays                       ? "stays"
-                                                              : "goes";
+    const char* const verdict = o.constants ? constant_verdict(i) : rule_verdict(i, gains.size());
     text += format("| %s | %zu | %+.2f | %+.2f to %+.2f | %+.2f | %+.2f | %+.2f | %s |\n",
-                   (o.constants ? rule.name : rule.text + " (`" + rule.name + "`)").c_str(), gains.size(), i.mean,
+                   (rule.text.empty() ? rule.name : rule.text + " (`" + rule.name + "`)").c_str(), gains.size(), i.mean,
                    i.mean - i.half_width, i.mean + i.half_width, power.mean, least, most, verdict);
   }
   std::map<std::string, std::vector<double>> spread;

@@ -32,7 +32,10 @@ struct PixelLoss {
   double relative = 0.0;  ///< standard deviation of an error, as a fraction of μ
   double absolute = 1.0;  ///< the same where nothing is rendered, a power
 
-  double denominator(double rendered) const { return std::hypot(relative * std::max(0.0, rendered), absolute); }
+  double denominator(double rendered) const {
+    const double part = relative * std::max(0.0, rendered);
+    return std::sqrt(part * part + absolute * absolute);
+  }
 
   struct Term {
     double value;     ///< e²
