@@ -143,7 +143,7 @@ void refuse_countless_bins(const Job& job) {
   if (depth_m <= kMostBins * bin_m) return;
   char text[200];
   std::snprintf(text, sizeof text,
-                "--spacing: range bins of %.3g m are too narrow for the learned matter, %.3g m across; "
+                "--spacing: range bins of %.3g m are too narrow for the occupied part of the field, %.3g m across; "
                 "use %.2g m or more",
                 bin_m, depth_m, 1.1 * depth_m / kMostBins);
   throw UsageError(text);
@@ -203,7 +203,7 @@ std::string explain(const Job& job) {
          " and " + counted(static_cast<std::uint64_t>(info.steps), "step") + "\n  views     " +
          views +
          (job.model.field->resolution ? "\n  impulse response  " + resolution_text(*job.model.field->resolution) : "") +
-         "\n  left out  rows and rays that miss the learned matter; the "
+         "\n  left out  rows and rays that miss the occupied part of the field; the "
          "rest of a ray behind an "
          "optical depth of 20\n  output    " + place;
 }

@@ -44,7 +44,7 @@ Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec
   if (common.x <= 0.0 || common.y <= 0.0 || common.z <= 0.0) {
     const glm::dvec3 c = matter_m.centre() + aim_m, size = matter_m.size();
     throw UsageError(
-        format("--extent: a cube of %.6g m around %.6g,%.6g,%.6g holds nothing of the learned matter, which is %.3g x %.3g "
+        format("--extent: a cube of %.6g m around %.6g,%.6g,%.6g does not meet the occupied part of the field, which is %.3g x %.3g "
                "x %.3g m around %.6g,%.6g,%.6g; leave out --centre, or move it there",
                options.extent_m, centre_m.x + aim_m.x, centre_m.y + aim_m.y, centre_m.z + aim_m.z, size.x, size.y, size.z,
                c.x, c.y, c.z));
@@ -61,7 +61,7 @@ struct Setup {
   Box matter_m;
   double map_spacing_m = 0.0;         ///< between the rays of return maps
   std::vector<Acquisition> views;     ///< of the training
-  std::vector<Acquisition> lookers;   ///< of them, those that determine which space is empty
+  std::vector<Acquisition> carving_views;   ///< of them, those that determine which space is empty
   VoxelLattice lattice;
   double part_outside = 0.0;
 
@@ -75,7 +75,7 @@ void require_voxels_within(const Box& matter_m, const ExtractOptions& options) {
   const glm::dvec3 size_m = matter_m.size();
   const double longest_m = std::max({size_m.x, size_m.y, size_m.z}), voxel_m = options.extent_m / options.resolution;
   if (voxel_m <= 0.5 * longest_m) return;
-  throw UsageError(format("--extent: %.6g m in %d voxels makes them %.3g m wide, too coarse for the learned matter, which is "
+  throw UsageError(format("--extent: %.6g m in %d voxels makes them %.3g m wide, too wide for the occupied part of the field, which is "
                           "%.3g x %.3g x %.3g m; an extent of %.2g m would hold it",
                           options.extent_m, options.resolution, voxel_m, size_m.x, size_m.y, size_m.z, 1.1 * longest_m));
 }
@@ -114,7 +114,7 @@ Setup set_up(const Model& model, const ExtractOptions& options) {
     throw UsageError("fields of the kind " + std::string(model.field->kind()) + " cannot be extracted");
   require_ground_at(model, s.matter_m, options);
   for (const DatasetView& view : model.info.training_views) s.views.push_back(acquisition_of(view, glm::dvec3(0.0)));
-  s.lookers = spread_views(s.views, options.body == Body::solid ? options.most_views : 0);
+  s.carving_views = spread_views(s.views, options.body == Body::solid ? options.most_views : 0);
   const double field_voxel_m = model.field->voxel_size_m();
   // Two thirds of a learned voxel, which counts as two thirds of the cache's for `mlp`: finer maps show no more detail.
   s.map_spacing_m = (s.grid != nullptr ? 1.0 : 2.0 / 3.0) * 2.0 / 3.0 * field_voxel_m;
@@ -180,8 +180,8 @@ ExtractionPlan plan_extraction(const Model& model, const ExtractOptions& options
   plan.voxel_size_m = s.lattice.transform.voxel_size_m;
   plan.box_m = s.box_m(model.info.aim_m);
   plan.part_outside = s.part_outside;
-  plan.n_views = s.lookers.size();
-  plan.view_bytes = return_map_bytes(s.lookers, s.matter_m, s.map_spacing_m);
+  plan.n_views = s.carving_views.size();
+  plan.view_bytes = return_map_bytes(s.carving_views, s.matter_m, s.map_spacing_m);
   FieldChannels channels = sampled_channels();
   if (s.grid != nullptr) {
     const LearnedVolume native = native_volume(*s.grid);
@@ -211,8 +211,8 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   const GridField* const grid = setup.grid;
   const double spacing_m = setup.map_spacing_m;
   const VoxelLattice& lattice = setup.lattice;
-  const std::vector<Acquisition>& lookers = setup.lookers;
-  const std::uint64_t max_memory_bytes = memory_beside_maps(lookers, matter_m, spacing_m, options.max_memory_bytes);
+  const std::vector<Acquisition>& carving_views = setup.carving_views;
+  const std::uint64_t max_memory_bytes = memory_beside_maps(carving_views, matter_m, spacing_m, options.max_memory_bytes);
   result.part_outside = setup.part_outside;
   result.voxel_size_m = lattice.transform.voxel_size_m;
   result.box_m = setup.box_m(aim_m);
@@ -244,7 +244,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   result.bottom_was_given = floor_m.has_value();
   openvdb::FloatGrid::Ptr occupancy;
   if (options.body == Body::solid) {
-    const auto maps = return_maps(volume, matter, lookers, spacing_m, options.monitor);
+    const auto maps = return_maps(volume, matter, carving_views, spacing_m, options.monitor);
     if (!floor_m) floor_m = bottom_of_returns_m(maps, 1.5 * spacing_m);
     result.agreeing_share = agreeing_share(maps, 1.5 * spacing_m, floor_m);
     occupancy = solid_occupancy(maps, result.agreeing_share, matter, volume.grid.transform(), lattice, floor_m, options.monitor);

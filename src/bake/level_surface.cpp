@@ -36,9 +36,9 @@ enum class Evidence { none, maybe, empty };
 
 /// A view, and the range up to which each of its rows is empty. A range R is stored as R² − r², with the aim point's r:
 /// that needs no square root, grows with R, and loses no digits for a distant radar.
-class Witness {
+class MeasuredView {
  public:
-  Witness(const PosedImage& image, double zero_level) {
+  MeasuredView(const PosedImage& image, double zero_level) {
     const Acquisition& a = image.acquisition;
     validate(a);
     const RadarFrame frame = radar_frame(a);
@@ -77,18 +77,18 @@ class Witness {
   std::vector<double> first_m2_;  ///< [n_azimuth] near edge of the first return
 };
 
-std::vector<Witness> witnesses(std::span<const PosedImage> images) {
+std::vector<MeasuredView> measured_views(std::span<const PosedImage> images) {
   float peak = 0.0f;
   for (const PosedImage& image : images)
     for (const float power : image.power.pixels()) peak = std::max(peak, power);
-  std::vector<Witness> views;
+  std::vector<MeasuredView> views;
   for (const PosedImage& image : images) views.emplace_back(image, kZero * double{peak});
   return views;
 }
 
 /// Whether some view sees the point, and none shows it to be empty. `last` is the view that showed the last empty point: it
 /// is tested first, since neighbours are mostly empty in the same view.
-bool is_full(std::span<const Witness> views, const glm::dvec3& point_m, std::size_t& last) {
+bool is_full(std::span<const MeasuredView> views, const glm::dvec3& point_m, std::size_t& last) {
   if (views[last].about(point_m) == Evidence::empty) return false;
   bool seen = false;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -130,7 +130,7 @@ openvdb::FloatGrid::Ptr carved_occupancy(std::span<const PosedImage> images, con
   transform->postTranslate({centre_m.x, centre_m.y, centre_m.z});
   grid->setTransform(transform);
   grid->setName("occupancy");
-  const std::vector<Witness> views = witnesses(images);
+  const std::vector<MeasuredView> views = measured_views(images);
   if (views.empty()) return grid;
 
   const glm::ivec3 n_leaves = (n + kBrickSide - 1) / kBrickSide;

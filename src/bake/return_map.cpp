@@ -180,7 +180,7 @@ std::vector<ReturnMap> return_maps(const LearnedVolume& volume, const Occupancy&
       monitor.check();
       maps[n].look(volume, occupancy, box_m);
       const std::size_t done = ++n_done;
-      if (worker == 0) monitor.report("looking at the field", done, maps.size());
+      if (worker == 0) monitor.report("tracing return maps", done, maps.size());
     }
   });
   std::vector<float> returned;

@@ -210,7 +210,7 @@ class Boundedness {
 void leave_out_unbounded(openvdb::FloatGrid& occupancy, const GridTransform& to_volume, std::span<const ReturnMap> maps,
                          double step_m, const Monitor& monitor) {
   if (occupancy.empty() || maps.empty()) return;
-  monitor.report("looking under the body", 0, 1);
+  monitor.report("removing space under the body", 0, 1);
   const BodyPlaces places(occupancy, to_volume, std::max(step_m, to_volume.voxel_size_m));
   const std::vector<std::uint8_t> seen = seen_sides(places, maps, kNear * step_m, monitor);
   std::vector<float> share(places.n(), 1.0f);

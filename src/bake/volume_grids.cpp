@@ -15,7 +15,7 @@ namespace sarnerf {
 
 namespace {
 
-/// A ray of a map, and an allowance for its ReturnMap::Return (56 bytes, only of rays with power) in the list of returns.
+/// A ray of a map, and an allowance for its ReturnMap::Return: 56 bytes, of the rays with power only, about a third.
 constexpr double kBytesPerRay = 12.0 + 16.0;
 
 double rays_of(const Acquisition& view, const Box& box_m, double spacing_m) {
@@ -44,7 +44,7 @@ std::uint64_t memory_beside_maps(std::span<const Acquisition> views, const Box& 
   if (max_memory_bytes == 0) return 0;
   const std::uint64_t needed = return_map_bytes(views, box_m, spacing_m);
   if (needed < max_memory_bytes) return max_memory_bytes - needed;
-  throw UsageError(format("about %.3g MiB are needed for what %zu views see, more than --max-memory allows (%.3g MiB left); "
+  throw UsageError(format("about %.3g MiB are needed for the return maps of %zu views, more than --max-memory allows (%.3g MiB left); "
                           "--shell needs none of it",
                           static_cast<double>(needed) / 1048576.0, views.size(),
                           static_cast<double>(max_memory_bytes) / 1048576.0));

@@ -77,22 +77,22 @@ struct GroundRule {
   /// Gaussian σ (cells) of the texture's smoothing, chosen by cross-validation. Limit: octaves from a cell to the box.
   std::vector<double> texture_sigmas_cells = {1.0, 2.0, 4.0, 8.0, 16.0};
   /// Smallest fraction of the pixels that must be ground. The medians of the first step need a majority.
-  double least_part = 0.5;
+  double least_ground_fraction = 0.5;
   /// Largest robust deviation of unspeckled pixels from the plane's image: relief and hedges deviate more. Chosen.
   double most_deviation = 0.2;
   /// Spacing of the heights that are tried, and their largest distance to either side (pixels of slant range). Limit.
   double height_step_pixels = 0.5, height_reach_pixels = 6.0;
   /// Gaussian σ of the blur before heights are compared: half the correlation width of speckle. Chosen.
   double height_sigma_pixels = 1.0;
-  /// Standard deviations by which V at the best height must exceed V at the bottom of the box: 1 in 2000 by chance (two-sided
+  /// Standard deviations by which V at the best height must exceed V at the bottom of the box: 1 in 4000 by chance (one-sided
   /// normal tail), and 25 heights are tried.
   double height_significance = 3.5;
   /// A point is empty if at least this fraction of the views that see it show bare ground there and in its shadow. In some
   /// views, an object may be as bright as the ground. Chosen.
-  double bare_part = 0.3;
+  double bare_fraction = 0.3;
   /// Greatest height of objects under speckle, as a fraction of the level width that a view sees: chips do not bound the height
   /// of an object whose shadow lies outside of them. Kept for speed: training takes 1.6 times as long without. Chosen.
-  double object_height_part = 0.25;
+  double object_height_fraction = 0.25;
 };
 
 /// The level ground around the objects of a scene, estimated from its images.
@@ -124,7 +124,7 @@ struct GroundEstimate {
 /// at the bottom of the box by `height_significance` standard deviations of V under independent speckle. A parabola through its
 /// neighbours refines it. (A measured chip is centred on a target, not on the ground.)
 ///
-/// Returns nothing if images have no background or are too few or too small, if less than `least_part` of their pixels is ground,
+/// Returns nothing if images have no background or are too few or too small, if less than `least_ground_fraction` of their pixels is ground,
 /// or if they have no speckle and deviate from the plane by `most_deviation` or more.
 ///
 /// Cost: rounds × views × pixels, some 200 ns each, and heights × cells × views, some 30 ns each; in parallel.

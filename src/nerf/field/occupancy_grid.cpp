@@ -20,7 +20,7 @@ namespace {
 constexpr double kZero = 1e-6;
 
 /// A view's evidence of empty space.
-struct Witness {
+struct EvidenceView {
   Acquisition acquisition;
   RadarFrame frame;
   std::vector<double> first_offset_m;  ///< [n_azimuth] range offset of the first return of a row and its two neighbours
@@ -46,8 +46,8 @@ std::vector<double> first_returns(const PosedImage& image, double zero_level) {
   return first;
 }
 
-std::vector<Witness> witnesses(const TrainingSet& set) {
-  std::vector<Witness> views;
+std::vector<EvidenceView> evidence_views(const TrainingSet& set) {
+  std::vector<EvidenceView> views;
   for (const PosedImage& image : set.training_images())
     views.push_back({image.acquisition, radar_frame(image.acquisition), first_returns(image, kZero * double{set.peak})});
   return views;
@@ -56,7 +56,7 @@ std::vector<Witness> witnesses(const TrainingSet& set) {
 enum class Evidence { none, maybe, empty };
 
 /// One view's evidence about a point: `none` if it lies outside of the swath.
-Evidence evidence(const Witness& view, const glm::dvec3& point_m, double margin_m) {
+Evidence evidence(const EvidenceView& view, const glm::dvec3& point_m, double margin_m) {
   const RadarPoint p = project(view.acquisition, view.frame, point_m);
   const Acquisition& a = view.acquisition;
   const auto i = static_cast<int>(std::lround(a.row_of(p.along_track_m)));
@@ -67,9 +67,9 @@ Evidence evidence(const Witness& view, const glm::dvec3& point_m, double margin_
 }
 
 /// Whether at least one view sees the point, and no view shows it to be empty.
-bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, double margin_m) {
+bool may_hold_matter(std::span<const EvidenceView> views, const glm::dvec3& point_m, double margin_m) {
   bool seen = false;
-  for (const Witness& view : views) {
+  for (const EvidenceView& view : views) {
     const Evidence e = evidence(view, point_m, margin_m);
     if (e == Evidence::empty) return false;
     seen |= e == Evidence::maybe;
@@ -78,10 +78,10 @@ bool may_hold_matter(std::span<const Witness> views, const glm::dvec3& point_m, 
 }
 
 /// Whether the views of a level ground allow a point to be occupied.
-bool ground_lets(const TrainingSet& set, std::span<const RadarFrame> frames, const glm::dvec3& point_m) {
+bool ground_allows_matter(const TrainingSet& set, std::span<const RadarFrame> frames, const glm::dvec3& point_m) {
   const BareViews views = bare_views(*set.ground, set.images, frames, point_m);
   const auto n_seeing = static_cast<double>(views.n_seeing);
-  return n_seeing > 0.0 && static_cast<double>(views.n_bare) < set.ground_rule.bare_part * n_seeing;
+  return n_seeing > 0.0 && static_cast<double>(views.n_bare) < set.ground_rule.bare_fraction * n_seeing;
 }
 
 }  // namespace
@@ -98,15 +98,15 @@ GridTransform grid_transform(const TrainingSet& set, double voxel_size_m) {
 }
 
 CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const Monitor& monitor) {
-  const std::vector<Witness> views = witnesses(set);
+  const std::vector<EvidenceView> views = evidence_views(set);
   std::vector<RadarFrame> frames;
-  for (const Witness& view : views) frames.push_back(view.frame);
+  for (const EvidenceView& view : views) frames.push_back(view.frame);
   const double margin_m = transform.voxel_size_m;
   const glm::ivec3 last = glm::ivec3(glm::ceil(transform.index_from_world(set.box_m.max)));
   const glm::ivec3 first = glm::ivec3(glm::floor(transform.index_from_world(set.box_m.min))) - glm::ivec3(0, 1, 0);
   const glm::ivec3 first_brick = brick_of_voxel(first), n = brick_of_voxel(last) - first_brick + 1;
   const auto may_be_active = [&](const glm::dvec3& point_m) {
-    if (set.ground) return point_m.y > set.ground->plane->height_m && ground_lets(set, frames, point_m);
+    if (set.ground) return point_m.y > set.ground->plane->height_m && ground_allows_matter(set, frames, point_m);
     return may_hold_matter(views, point_m, margin_m);
   };
   const auto n_bricks = static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);

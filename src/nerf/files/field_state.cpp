@@ -39,14 +39,14 @@ GridField restore_grid_field(const Archive& archive, const std::string& where) {
   require(degree >= 0 && degree <= kMaxHarmonicsDegree, "the degree of its harmonics is not 0, 1 or 2");
   require(transform.voxel_size_m > 0.0 && std::isfinite(glm::dot(transform.origin_m, transform.origin_m)) &&
               std::isfinite(transform.voxel_size_m) && std::isfinite(scale),
-          "its voxels have no place or size");
+          "the origin or size of its voxels is missing or not finite");
 
   const torch::Tensor& voxels = archive.tensor("voxels", torch::kLong, 1, where);
   const torch::Tensor& log_depth = archive.tensor("log_depth", torch::kFloat, 1, where);
   const torch::Tensor& coefficients = archive.tensor("coefficients", torch::kFloat, 2, where);
   require(log_depth.size(0) == voxels.size(0) && coefficients.size(0) == voxels.size(0) &&
               coefficients.size(1) == n_harmonics(degree),
-          "voxels and parameters are not as many");
+          "the numbers of voxels and of their parameters differ");
   require(log_depth.isfinite().all().item<bool>() && coefficients.isfinite().all().item<bool>(),
           "parameters are not finite");
 
@@ -110,12 +110,12 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
   box_m.max = vector("box_max_m");
   const glm::dvec3 size = box_m.size();
   require(size.x > 0.0 && size.y > 0.0 && size.z > 0.0 && std::isfinite(glm::dot(size, size)),
-          "its box has no place or size");
+          "its box is empty or not finite");
   const GridTransform transform{vector("origin_m"), number("voxel_size_m")};
   require(transform.voxel_size_m > 0.0 &&
               std::isfinite(glm::dot(transform.origin_m, transform.origin_m)) &&
               std::isfinite(transform.voxel_size_m),
-          "its voxels have no place or size");
+          "the origin or size of its voxels is missing or not finite");
   MlpUnits units{number("reference_bin_m"), number("source_scale"), Integrator::exact};
   require(units.reference_bin_m > 0.0 && std::isfinite(units.reference_bin_m) &&
               units.source_scale >= 0.0 && std::isfinite(units.source_scale),
@@ -139,7 +139,7 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
           "extinctions of voxels are impossible");
   MlpField field(std::move(network), units, transform, voxels_of(archive, where));
   require(static_cast<std::size_t>(extinction.numel()) == field.cache().n_voxels(),
-          "voxels and their extinctions are not as many");
+          "the numbers of voxels and of their extinctions differ");
   field.restore_cache({extinction.data_ptr<float>(), field.cache().n_voxels()},
                       number("least_depth"));
   field.ground = ground_of(archive, where);

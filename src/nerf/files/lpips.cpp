@@ -295,7 +295,7 @@ double Lpips::operator()(const Image<float>& power, const Image<float>& referenc
   }
   if (!std::isfinite(distance)) {
     throw NumericsError(
-        "LPIPS is not finite: an image holds values that are not, or the weights are absurd");
+        "LPIPS is not finite: an image holds values that are not finite, or the weights are too large");
   }
   return distance;
 }

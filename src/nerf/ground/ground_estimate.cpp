@@ -397,7 +397,7 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
     plane.texture = smoothed_texture(images, plane, gain, estimate.mask, rule);
   }
   estimate.deviation = relative_deviation(images, plane);
-  if (estimate.part_of_pixels() < rule.least_part) return {};
+  if (estimate.part_of_pixels() < rule.least_ground_fraction) return {};
   if (!estimate.speckled && !(estimate.deviation < rule.most_deviation)) return {};
   estimate.plane = std::make_shared<const LevelGround>(std::move(plane));
   return estimate;

@@ -116,7 +116,7 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   else if (height_m) set.box_m.min.y = *height_m;
   if (set.ground) {
     if (set.ground->speckled || heights.above_ground_m) {
-      const double above_m = heights.above_ground_m.value_or(ground_rule.object_height_part * level_width_m(set.images));
+      const double above_m = heights.above_ground_m.value_or(ground_rule.object_height_fraction * level_width_m(set.images));
       set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + above_m);
     }
   } else if (!set.resolution && has_background(set.images) && is_mostly_tails(set.images, set.peak)) {
