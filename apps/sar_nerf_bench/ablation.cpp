@@ -202,8 +202,8 @@ struct AblationOptions {
   app::SharedOptions shared;
 };
 
-/// What measured chips have and sar_render's images do not: an unknown gain of each view, 1 dB (standard deviation) about a mean of
-/// 0 dB, and a scene box that reaches 2 m below the ground. (Their shifts are in the images: scripts/ablation.sh.)
+/// What measured chips have and sar_render's images do not: an unknown gain of each view, 1 dB (standard deviation) about a
+/// mean of 0 dB, and a scene box that reaches 2 m below the ground. (Their shifts are in the images: scripts/ablation.sh.)
 void make_as_measured(Material& m) {
   std::mt19937_64 random(1);
   std::vector<double> log_gain(m.images.size());
@@ -241,7 +241,8 @@ Material read(const std::string& folder) {
 /// Of a method, from all that is known of the images.
 TrainingSet set_of(const Material& m, const Method& method) {
   const std::optional<Resolution> resolution = method.knows_response ? m.dataset.resolution : std::optional<Resolution>();
-  if (m.dataset.exact_poses || !method.registers) return training_set(m.images, m.dataset.scene_box_m, {}, resolution, method.ground);
+  if (m.dataset.exact_poses || !method.registers)
+    return training_set(m.images, m.dataset.scene_box_m, {}, resolution, method.ground);
   return app::registered_training_set(m.images, m.dataset.scene_box_m, {}, resolution, method.ground).set;
 }
 
@@ -270,7 +271,8 @@ Ablated ablated(Material& m, const AblationOptions& o) {
   }
   const auto chosen = [&](const std::string& name) { return o.only.empty() || std::ranges::find(o.only, name) != o.only.end(); };
   for (const Rule& rule : o.candidates())
-    if (chosen(rule.name) && std::ranges::find(o.base, &rule) == o.base.end() && rule.acts(options, set)) base.acting.push_back(&rule);
+    if (chosen(rule.name) && std::ranges::find(o.base, &rule) == o.base.end() && rule.acts(options, set))
+      base.acting.push_back(&rule);
   return base;
 }
 

@@ -28,7 +28,7 @@ struct GridOptions {
   double initial_brightness = 0.3;  ///< in units of the scale s
   double prune_depth = 0.03;        ///< voxels of less two-way depth are removed
   double prune_from = 0.0;          ///< progress before which no voxels are removed
-  int n_prunings = 12;              ///< number of prunings during the training
+  int n_prunings = 10;              ///< number of prunings during the training
   /// Initial weight decay of the brightness: fraction lost per step, divided by the source's learning rate. Bright translucent
   /// voxels and less bright opaque ones may give the same image; under decay, voxels must become opaque to keep their power.
   double brightness_decay = 0.0;

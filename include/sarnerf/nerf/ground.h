@@ -65,9 +65,9 @@ LayoverShadowWindow layover_shadow_window(const Acquisition& acquisition, const 
 struct GroundRule {
   /// With fewer views, the ground cannot be separated from an object that covers different pixels in each view. Chosen.
   std::size_t least_views = 6;
-  /// Side of the blocks (pixels) whose means give a view's first gain: at one look, a mean of 144 pixels has a standard
-  /// deviation of 8 %. In images of fewer than `least_blocks` blocks, their median is unreliable. Chosen.
-  int block_pixels = 12;
+  /// Side of the blocks (pixels) whose means give a view's first gain: at one look, a mean of 100 pixels has a standard
+  /// deviation of 10 %. In images of fewer than `least_blocks` blocks, their median is unreliable. Chosen.
+  int block_pixels = 10;
   std::size_t least_blocks = 9;
   /// A pixel is ground where its neighbourhood, a Gaussian of this σ, is between 1/factor and factor times as bright as the
   /// ground. Under speckle of one look, such means have a standard deviation of 19 % (1 / √(4π σ²)). Chosen.
@@ -84,9 +84,9 @@ struct GroundRule {
   double height_step_pixels = 0.5, height_reach_pixels = 6.0;
   /// Gaussian σ of the blur before heights are compared: half the correlation width of speckle. Chosen.
   double height_sigma_pixels = 1.0;
-  /// Standard deviations by which V at the best height must exceed V at the bottom of the box: 1 in 4000 by chance (one-sided
+  /// Standard deviations by which V at the best height must exceed V at the bottom of the box: 1 in 30 000 by chance (one-sided
   /// normal tail), and 25 heights are tried.
-  double height_significance = 3.5;
+  double height_significance = 4.0;
   /// A point is empty if at least this fraction of the views that see it show bare ground there and in its shadow. In some
   /// views, an object may be as bright as the ground. Chosen.
   double bare_fraction = 0.3;

@@ -157,7 +157,7 @@ bool GridLearner::adapt(double progress, std::int64_t epoch_steps) {
   if (prunes) {
     n_prunings_ = prunings_by(progress);
     steps_since_change_ = 0;
-    prune();
+    prune_voxels();
   }
   return refines || prunes;
 }
@@ -188,7 +188,7 @@ bool GridLearner::pruning_is_due(double progress, std::int64_t epoch_steps) cons
          steps_since_change_ >= std::min(epoch_steps, kStepsToPrune);
 }
 
-void GridLearner::prune() {
+void GridLearner::prune_voxels() {
   const float* a = field_.log_depth.data_ptr<float>();
   const auto least = static_cast<float>(std::log(options_.prune_depth));
   std::vector<std::uint8_t> keep(field_.n_active());

@@ -69,7 +69,7 @@ class GridLearner : public FieldLearner {
   int prunings_by(double progress) const;
   bool pruning_is_due(double progress, std::int64_t epoch_steps) const;
   /// Removes voxels of less two-way depth than prune_depth.
-  void prune();
+  void prune_voxels();
   /// 0 for voxels that no ray of the batch met, else 1; [n_active].
   std::vector<std::uint8_t> voxels_with_gradient() const;
 
