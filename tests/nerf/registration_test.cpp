@@ -122,11 +122,10 @@ TEST_CASE("shifts of up to two pixels are learned with the field", "[slow]") {
 
 TEST_CASE("exact views stay where they are when they are registered", "[slow]") {
   const ShiftedScene scene = shifted_scene(36, INFINITY, 0.0);
-  // The aim is 0.02, and is not reached: 0.022 is measured. The field's misfit looks like shifts, and neither more passes nor more
-  // steps average it out (docs/results/ablation.md, pass 2).
+  // The aim is 0.02, and 0.0197 is measured: rounding on another processor may take it past the aim.
   const double rms = learned_rms_pixels(scene);
   CHECK_NOFAIL(rms < 0.02);
-  CHECK(rms < 0.025);
+  CHECK(rms < 0.022);
 }
 
 TEST_CASE("shifts gain nothing on pure noise", "[slow]") {

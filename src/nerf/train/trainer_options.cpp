@@ -111,7 +111,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   double bin_m = std::numeric_limits<double>::infinity();
   for (const PosedImage& image : set.images) bin_m = std::min(bin_m, image.acquisition.range_spacing_m);
   options.grid.voxel_size_m = 2.0 / 3.0 * bin_m;
-  if (!set.exact_poses) options.n_registrations = 10;
+  if (!set.exact_poses) options.n_registrations = 20;
   if (set.background && !set.ground) {
     // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
     options.grid.initial_depth = 0.01;
