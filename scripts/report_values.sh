@@ -5,7 +5,7 @@
 # report_means REPORT evaluation|despeckled KEY: the key's means, one a line: the model's, the baselines', what bounds them.
 report_means() {
   if [ "$2" = despeckled ]; then cut='s/.*"despeckled"://'; else cut='s/.*"evaluation"://; s/"despeckled":.*//'; fi
-  tr -d ' \n' < "$1" | sed "$cut"'; s/"views":\[[^]]*\]//g' | grep -o "\"mean\":{[^}]*{[^}]*}" |
+  tr -d ' \n' < "$1" | sed "$cut"'; s/"views":\[[^]]*\]//g' | grep -o "\"mean\":{[^{}]*\({[^}]*}\)\{0,1\}" |
     grep -o "\"$3\":[-0-9.e+]*" | sed 's/.*://'
 }
 
@@ -15,6 +15,7 @@ model_and_best() {
   report_means "$1" "$2" "$3" | awk -v n_bounds="${4:-0}" '
     { v[NR] = $1 }
     END {
+      if (NR < 2) { printf "– | –"; exit }
       best = v[2]; bound = v[NR]
       for (n = 2; n <= NR - n_bounds; ++n) if (v[n] > best) best = v[n]
       for (n = NR - n_bounds + 1; n <= NR; ++n) if (v[n] > bound) bound = v[n]
