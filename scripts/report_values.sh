@@ -15,7 +15,7 @@ model_and_best() {
   report_means "$1" "$2" "$3" | awk -v n_bounds="${4:-0}" '
     { v[NR] = $1 }
     END {
-      if (NR < 2) { printf "– | –"; exit }
+      if (NR < 2) { printf "– | –%s", (n_bounds > 0 ? " | –" : ""); exit }
       best = v[2]; bound = v[NR]
       for (n = 2; n <= NR - n_bounds; ++n) if (v[n] > best) best = v[n]
       for (n = NR - n_bounds + 1; n <= NR; ++n) if (v[n] > bound) bound = v[n]

@@ -44,8 +44,8 @@ Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec
   if (common.x <= 0.0 || common.y <= 0.0 || common.z <= 0.0) {
     const glm::dvec3 c = matter_m.centre() + aim_m, size = matter_m.size();
     throw UsageError(
-        format("--extent: a cube of %.6g m around %.6g,%.6g,%.6g does not meet the occupied part of the field, which is %.3g x %.3g "
-               "x %.3g m around %.6g,%.6g,%.6g; leave out --centre, or move it there",
+        format("--extent: a cube of %.6g m around %.6g,%.6g,%.6g does not meet the occupied part of the field, which is "
+               "%.3g x %.3g x %.3g m around %.6g,%.6g,%.6g; leave out --centre, or move it there",
                options.extent_m, centre_m.x + aim_m.x, centre_m.y + aim_m.y, centre_m.z + aim_m.z, size.x, size.y, size.z,
                c.x, c.y, c.z));
   }
@@ -61,7 +61,7 @@ struct Setup {
   Box matter_m;
   double map_spacing_m = 0.0;         ///< between the rays of return maps
   std::vector<Acquisition> views;     ///< of the training
-  std::vector<Acquisition> carving_views;   ///< of them, those that determine which space is empty
+  std::vector<Acquisition> carving_views;  ///< of them, those that determine which space is empty
   VoxelLattice lattice;
   double part_outside = 0.0;
 

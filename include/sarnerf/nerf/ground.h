@@ -124,8 +124,8 @@ struct GroundEstimate {
 /// at the bottom of the box by `height_significance` standard deviations of V under independent speckle. A parabola through its
 /// neighbours refines it. (A measured chip is centred on a target, not on the ground.)
 ///
-/// Returns nothing if images have no background or are too few or too small, if less than `least_ground_fraction` of their pixels is ground,
-/// or if they have no speckle and deviate from the plane by `most_deviation` or more.
+/// Returns nothing if images have no background or are too few or too small, if less than `least_ground_fraction` of their
+/// pixels is ground, or if they have no speckle and deviate from the plane by `most_deviation` or more.
 ///
 /// Cost: rounds × views × pixels, some 200 ns each, and heights × cells × views, some 30 ns each; in parallel.
 std::optional<GroundEstimate> estimate_ground(std::span<const PosedImage> images, const Box& box_m,
