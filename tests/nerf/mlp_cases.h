@@ -4,8 +4,10 @@
 #include <torch/csrc/autograd/autograd.h>
 
 #include <random>
+#include <string_view>
 #include <vector>
 
+#include "mlp/kernel/mlp_plan.h"
 #include "sarnerf/nerf/mlp_network.h"
 #include "torch_catch.h"
 
@@ -45,18 +47,41 @@ inline MlpOutput evaluate(const MlpNetwork& network, const Rays& rays, MlpKernel
   return mlp_forward(network, rays.point_m, rays.direction, rays.begin, kernel);
 }
 
+/// The kernels of AMX, or the same passes with emulated tiles.
+struct FusedKernel {
+  std::string_view name;
+  MlpKernelFunctions functions;
+};
+
+inline MlpOutput evaluate(const MlpNetwork& network, const Rays& rays, const FusedKernel& kernel) {
+  return mlp_forward_fused(network, rays.point_m, rays.direction, rays.begin, kernel.functions);
+}
+
 /// Gradient of Σ g_σ σ_r + g_S S_r by the parameters.
-inline torch::Tensor gradient(const MlpNetwork& network, const Rays& rays, MlpKernel kernel,
-                              const torch::Tensor& sigma_weight, const torch::Tensor& s_weight) {
+template <class Kernel>
+torch::Tensor gradient(const MlpNetwork& network, const Rays& rays, const Kernel& kernel, const torch::Tensor& sigma_weight,
+                       const torch::Tensor& s_weight) {
   const MlpOutput out = evaluate(network, rays, kernel);
   return torch::autograd::grad({out.sigma_raw, out.s_raw}, {network.parameters}, {sigma_weight, s_weight})[0];
 }
 
-/// The fused kernels that this processor has for networks of this shape.
-inline std::vector<MlpKernel> fused_kernels(const MlpShape& shape) {
-  std::vector<MlpKernel> kernels;
-  for (MlpKernel kernel : {MlpKernel::avx512_bf16, MlpKernel::amx_bf16})
-    if (kernel <= best_mlp_kernel(shape)) kernels.push_back(kernel);
+/// Those that this processor can run, for networks of this shape.
+inline std::vector<FusedKernel> fused_kernels([[maybe_unused]] const MlpShape& shape) {
+  std::vector<FusedKernel> kernels;
+#ifdef SARNERF_MLP_EMULATED
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx512bf16") && fused_kernels_fit(shape))
+    kernels.push_back({"emulated", {mlp_emulated::pack, mlp_emulated::forward, mlp_emulated::backward}});
+  if (best_mlp_kernel(shape) == MlpKernel::amx_bf16)
+    kernels.push_back({"amx-bf16", {mlp_amx::pack, mlp_amx::forward, mlp_amx::backward}});
+#endif
+  return kernels;
+}
+
+/// Those that users can choose beside `plain`.
+inline std::vector<MlpKernel> bf16_kernels(const MlpShape& shape) {
+  std::vector<MlpKernel> kernels{MlpKernel::bf16};
+  if (best_mlp_kernel(shape) == MlpKernel::amx_bf16) kernels.push_back(MlpKernel::amx_bf16);
   return kernels;
 }
 

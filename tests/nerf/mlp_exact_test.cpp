@@ -79,8 +79,8 @@ TEST_CASE("fused kernels equal plain LibTorch where nothing is rounded") {
       const torch::Tensor expected_gradient = gradient(network, rays, MlpKernel::plain, g_sigma, g_s);
       REQUIRE(expected.s_raw.abs().max().item<double>() > 0.0);
       REQUIRE(expected_gradient.abs().max().item<double>() > 0.0);
-      for (const MlpKernel kernel : fused_kernels(shape)) {
-        INFO(name(kernel) << ", depth " << shape.depth << ", width " << shape.width << ", " << n << " points");
+      for (const FusedKernel& kernel : fused_kernels(shape)) {
+        INFO(kernel.name << ", depth " << shape.depth << ", width " << shape.width << ", " << n << " points");
         const MlpOutput found = evaluate(network, rays, kernel);
         CHECK(torch::equal(found.sigma_raw, expected.sigma_raw));
         CHECK(torch::equal(found.s_raw, expected.s_raw));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The network in plain LibTorch against scalar arithmetic and central differences in double.
+#include <array>
 #include <cmath>
 
 #include "mlp_cases.h"
@@ -153,6 +154,19 @@ TEST_CASE("gradients of plain LibTorch are central differences") {
     p[n] = kept;
     CHECK(found[n].item<double>() == Approx((above - below) / (2.0 * step)).epsilon(1e-5).margin(1e-6));
   }
+}
+
+TEST_CASE("activations that are not kept are computed again") {
+  const MlpNetwork network = network_in_double({3, 8, 1, 2, 1}, 9);
+  const Rays rays = random_rays(20000, 10);
+  const torch::Tensor g_sigma = torch::linspace(-1.0, 2.0, 20000, torch::kDouble).clamp_min(0.0), g_s = g_sigma.square();
+  const auto result = [&](double most_kept_bytes) {
+    const MlpOutput out = mlp_forward_torch(network, rays.point_m, rays.direction, rays.begin, torch::kDouble, most_kept_bytes);
+    const torch::Tensor g = torch::autograd::grad({out.sigma_raw, out.s_raw}, {network.parameters}, {g_sigma, g_s})[0];
+    return std::array{out.sigma_raw.detach(), out.s_raw.detach(), g};
+  };
+  const auto kept = result(1e9), again = result(0.0);
+  for (std::size_t n = 0; n < kept.size(); ++n) CHECK(torch::allclose(kept[n], again[n], 1e-9, 1e-9));
 }
 
 TEST_CASE("arrays that do not belong together are refused") {

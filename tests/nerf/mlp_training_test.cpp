@@ -38,7 +38,7 @@ TEST_CASE("a small network learns a ball of fog, and its bf16 kernels show the s
     const Image<float> plain = render_view(field, held_out);
     const float peak = *std::max_element(plain.pixels().begin(), plain.pixels().end());
     REQUIRE(peak > 0.01f * set.peak);
-    for (const MlpKernel kernel : test::fused_kernels(field.network().shape)) {
+    for (const MlpKernel kernel : test::bf16_kernels(field.network().shape)) {
       CAPTURE(name(kernel));
       field.use_kernel(kernel);
       CHECK(psnr_db(render_view(field, held_out), plain, peak) > 45.0);

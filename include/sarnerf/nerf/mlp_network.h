@@ -75,14 +75,16 @@ struct MlpOutput {
   torch::Tensor s_raw;      ///< S_r
 };
 
-/// How the network is evaluated. `plain` is LibTorch in the parameters' own type, float32 or double: the reference,
-/// and the fallback if the processor supports no other. The others are fused kernels: products of bf16 numbers summed
-/// in float32, everything else in float32.
-enum class MlpKernel { plain, avx512_bf16, amx_bf16 };
+/// How the network is evaluated.
+enum class MlpKernel {
+  plain,     ///< LibTorch in the parameters' own type, float32 or double: the reference, and the fallback
+  bf16,      ///< LibTorch; layers of more than one output are products of bf16 numbers, the heads of float32 ones
+  amx_bf16,  ///< the same by the project's own fused kernels, which need AMX; sums and all else in float32
+};
 
-/// The best one for this processor, this build and a network of this shape. The fused ones need a width that is a
-/// multiple of 64, at most 512, a depth of at most 16 and at most 12 frequencies. Requests the use of AMX from the
-/// system, once.
+/// The fastest one for this processor, this build and a network of this shape: `amx_bf16` where there is AMX, the width is a
+/// multiple of 64 and at most 512, the depth at most 16 and frequencies at most 12; `bf16` with AVX512-BF16 and a LibTorch
+/// that has oneDNN; else `plain`. Requests the use of AMX from the system, once.
 MlpKernel best_mlp_kernel(const MlpShape& shape);
 std::string_view name(MlpKernel kernel);
 
@@ -90,19 +92,20 @@ std::string_view name(MlpKernel kernel);
 /// direction `ray_direction[q]` (unit, from the radar into the scene), has the points [ray_begin[q], ray_begin[q + 1])
 /// of `point_m`, and all points belong to a ray.
 ///
-/// The parameters must not change before the backward pass. It evaluates the network again for the samples that
-/// have a gradient, and skips the others: empty space costs nothing there.
+/// The parameters must not change before the backward pass. The backward pass of `amx_bf16` evaluates the network again for the
+/// samples that have a gradient, and skips the others: empty space costs nothing there.
 ///
 /// Results depend on the inputs and the kernel; the gradient also on the number of threads, but not on timing.
-/// The fused kernels differ from float32 by about 1 % of the outputs' spread, due to bf16.
+/// Both bf16 kernels differ from float32 by about 1 % of the outputs' spread.
 ///
 /// Throws UsageError if array lengths or types do not match, or if the processor lacks the kernel.
 ///
-/// Memory of the fused kernels: 24 bytes a sample and 10 MiB a thread. Of `plain`: 25 KiB a sample for gradients.
+/// Memory for gradients: 24 bytes a sample and 10 MiB a thread for `amx_bf16`. LibTorch keeps activations, some 10 KiB a sample
+/// for `bf16` and twice that for `plain`, up to 4 GB; beyond, it computes them again.
 ///
 /// Cost of the paper's network on one thread of a busy Xeon of the fifth generation, µs a sample, without and with the
-/// gradient of all samples: 0.65 and 3.4 by AMX, 13 and 52 by AVX512-BF16 (twice as fast or better on other makers'
-/// processors), 12 and 34 for `plain` if BLAS supports the processor, 40 and 115 if it does not.
+/// gradient of all samples: 0.65 and 3.4 for `amx_bf16`, 12 and 34 for `plain` if BLAS supports the processor, 40 and 115 if
+/// it does not. `bf16` was timed as training only: docs/results/learning.md.
 MlpOutput mlp_forward(const MlpNetwork& network, std::span<const glm::vec3> point_m,
                       std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin);
 MlpOutput mlp_forward(const MlpNetwork& network, std::span<const glm::vec3> point_m,

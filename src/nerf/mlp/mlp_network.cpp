@@ -10,10 +10,18 @@
 #include <random>
 #include <string>
 
-#include <torch/types.h>
+#include <ATen/Context.h>
+#include <torch/csrc/autograd/autograd.h>
+#include <torch/csrc/autograd/custom_function.h>
 
 #include "mlp/kernel/mlp_plan.h"
 #include "sarnerf/core/error.h"
+
+#ifdef SARNERF_MLP_KERNELS
+#include <cpuid.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#endif
 
 namespace sarnerf {
 
@@ -94,6 +102,9 @@ std::string slow_blas_warning(double gflop_per_s) {
 
 namespace {
 
+/// Samples that LibTorch evaluates at a time where activations are not kept: 100 MB in bf16.
+constexpr std::int64_t kSamplesAtATime = 8192;
+
 /// [n, 3] of the given type, from vectors of float32.
 torch::Tensor tensor_of(std::span<const glm::vec3> vectors, torch::ScalarType type) {
   torch::Tensor t = torch::empty({static_cast<std::int64_t>(vectors.size()), 3}, torch::kFloat);
@@ -117,52 +128,113 @@ torch::Tensor encode(const torch::Tensor& x, int n_frequencies) {
   return torch::cat(parts, 1);
 }
 
+/// Samples for LibTorch, and how it evaluates them. Layers of more than one output are products of numbers of `hidden_type`; the
+/// encoding and the two heads are of the parameters' type.
+struct TorchPass : torch::CustomClassHolder {
+  MlpShape shape;
+  std::vector<MlpLayer> layers;
+  torch::ScalarType hidden_type = torch::kFloat;
+  torch::Tensor place;      ///< [n, 3] in [−1, 1]³
+  torch::Tensor direction;  ///< [n_rays, encoded_size(L)]
+  torch::Tensor ray;        ///< [n], each sample's
+
+  /// Activations that the gradient of a sample needs, roughly.
+  double bytes_of_sample() const {
+    return 2.0 * (shape.depth + 2) * shape.width * static_cast<double>(torch::elementSize(hidden_type));
+  }
+
+  /// Of samples at `index` [n].
+  MlpOutput evaluate(const torch::Tensor& parameters, const torch::Tensor& index) const {
+    std::vector<std::int64_t> sizes;
+    for (const MlpLayer& layer : layers) {
+      sizes.push_back(layer.n_in * layer.n_out);
+      sizes.push_back(layer.n_out);
+    }
+    // One split, whose gradient is one concatenation.
+    const std::vector<torch::Tensor> parts = parameters.split_with_sizes(sizes);
+    std::size_t next = 0;
+    const auto affine = [&](const torch::Tensor& x) {
+      const MlpLayer& layer = layers[next];
+      const auto type = layer.n_out == 1 ? parameters.scalar_type() : hidden_type;
+      const torch::Tensor w = parts[2 * next].view({layer.n_out, layer.n_in}).to(type);
+      return torch::addmm(parts[2 * next++ + 1].to(type), x.to(type), w.t());
+    };
+    const torch::Tensor position = encode(place.index_select(0, index), shape.position_frequencies).to(hidden_type);
+    const torch::Tensor towards = direction.index_select(0, ray.index_select(0, index)).to(hidden_type);
+
+    torch::Tensor h = position;  // [n, width]
+    for (int l = 0; l < shape.depth; ++l) {
+      if (l > 0 && l == shape.skip + 1) h = torch::cat({position, h}, 1);
+      h = affine(h).relu_();
+    }
+    const torch::Tensor sigma = affine(h);
+    h = affine(h);
+    h = affine(torch::cat({h, towards}, 1)).relu_();
+    return {sigma.view(-1), affine(h).view(-1)};
+  }
+};
+
+/// A batch whose activations are too large to keep: evaluated a few samples at a time, and again by the backward pass, which leaves
+/// out samples without a gradient.
+struct TorchMlp : torch::autograd::Function<TorchMlp> {
+  static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& parameters,
+                                                const c10::intrusive_ptr<TorchPass>& pass) {
+    context->saved_data["pass"] = torch::IValue::make_capsule(pass);
+    context->save_for_backward({parameters});
+    std::vector<torch::Tensor> sigma, s;
+    for (const torch::Tensor& some : torch::arange(pass->place.size(0)).split(kSamplesAtATime)) {
+      const MlpOutput out = pass->evaluate(parameters, some);
+      sigma.push_back(out.sigma_raw);
+      s.push_back(out.s_raw);
+    }
+    return {torch::cat(sigma), torch::cat(s)};
+  }
+
+  static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                 const torch::autograd::variable_list& gradients) {
+    const auto pass = c10::static_intrusive_pointer_cast<TorchPass>(context->saved_data["pass"].toCapsule());
+    const torch::Tensor saved = context->get_saved_variables()[0];
+    torch::Tensor gradient = torch::zeros_like(saved);
+    const torch::Tensor active = torch::nonzero((gradients[0] != 0).logical_or(gradients[1] != 0)).view(-1);
+    for (const torch::Tensor& some : active.split(kSamplesAtATime)) {
+      if (some.numel() == 0) continue;
+      const torch::AutoGradMode with_gradients(true);
+      const torch::Tensor parameters = saved.detach().requires_grad_(true);
+      const MlpOutput out = pass->evaluate(parameters, some);
+      gradient += torch::autograd::grad({out.sigma_raw, out.s_raw}, {parameters},
+                                        {gradients[0].index_select(0, some), gradients[1].index_select(0, some)})[0];
+    }
+    return {gradient, {}};
+  }
+};
+
 }  // namespace
 
-MlpOutput mlp_forward_plain(const MlpNetwork& network, std::span<const glm::vec3> point_m,
-                            std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin) {
-  const MlpShape& shape = network.shape;
+MlpOutput mlp_forward_torch(const MlpNetwork& network, std::span<const glm::vec3> point_m,
+                            std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin,
+                            torch::ScalarType hidden_type, double most_kept_bytes) {
   const auto type = network.parameters.scalar_type();
-  const auto n_samples = static_cast<std::int64_t>(point_m.size());
-
-  const std::vector<MlpLayer> layers = mlp_layers(shape);
-  std::vector<std::int64_t> sizes;
-  for (const MlpLayer& layer : layers) {
-    sizes.push_back(layer.n_in * layer.n_out);
-    sizes.push_back(layer.n_out);
-  }
-  // One split, whose gradient is one concatenation.
-  const std::vector<torch::Tensor> parts = network.parameters.split_with_sizes(sizes);
-  std::size_t next = 0;
-  const auto affine = [&](const torch::Tensor& x) {
-    const torch::Tensor w = parts[2 * next].view({layers[next].n_out, layers[next].n_in});
-    return torch::addmm(parts[2 * next++ + 1], x, w.t());
-  };
-
+  auto pass = c10::make_intrusive<TorchPass>();
+  pass->shape = network.shape;
+  pass->layers = mlp_layers(network.shape);
+  pass->hidden_type = hidden_type;
   const glm::vec3 centre(network.box_m.centre()), inverse_half(2.0 / network.box_m.size());
-  const torch::Tensor position = encode((tensor_of(point_m, type) - tensor_of({&centre, 1}, type)) *
-                                            tensor_of({&inverse_half, 1}, type),
-                                        shape.position_frequencies);  // [n_samples, 63]
-  torch::Tensor ray = torch::empty({n_samples}, torch::kLong);
-  for (std::size_t q = 0; q + 1 < ray_begin.size(); ++q) {
-    std::fill(ray.data_ptr<std::int64_t>() + ray_begin[q], ray.data_ptr<std::int64_t>() + ray_begin[q + 1],
-              static_cast<std::int64_t>(q));
-  }
-  const torch::Tensor direction =
-      encode(tensor_of(ray_direction, type), shape.direction_frequencies).index_select(0, ray);  // [n_samples, 27]
-
-  torch::Tensor h = position;  // [n_samples, width]
-  for (int l = 0; l < shape.depth; ++l) {
-    if (l > 0 && l == shape.skip + 1) h = torch::cat({position, h}, 1);
-    h = affine(h).relu();
-  }
-  const torch::Tensor sigma = affine(h);
-  h = affine(h);
-  h = affine(torch::cat({h, direction}, 1)).relu();
-  return {sigma.view({n_samples}), affine(h).view({n_samples})};
+  pass->place = (tensor_of(point_m, type) - tensor_of({&centre, 1}, type)) * tensor_of({&inverse_half, 1}, type);
+  pass->direction = encode(tensor_of(ray_direction, type), network.shape.direction_frequencies);
+  pass->ray = torch::empty({static_cast<std::int64_t>(point_m.size())}, torch::kLong);
+  auto* ray = pass->ray.data_ptr<std::int64_t>();
+  for (std::size_t q = 0; q + 1 < ray_begin.size(); ++q)
+    std::fill(ray + ray_begin[q], ray + ray_begin[q + 1], static_cast<std::int64_t>(q));
+  if (torch::GradMode::is_enabled() && pass->bytes_of_sample() * static_cast<double>(point_m.size()) <= most_kept_bytes)
+    return pass->evaluate(network.parameters, torch::arange(pass->place.size(0)));
+  const auto out = TorchMlp::apply(network.parameters, pass);
+  return {out[0], out[1]};
 }
 
 namespace {
+
+/// Activations that LibTorch keeps for a gradient, at most.
+constexpr double kMostKept_bytes = 4e9;
 
 void check(const MlpNetwork& network, std::span<const glm::vec3> point_m,
            std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin) {
@@ -216,12 +288,44 @@ MlpNetwork make_mlp_network(const MlpShape& shape, const Box& box_m, std::uint64
   return network;
 }
 
+namespace {
+
+#ifdef SARNERF_MLP_KERNELS
+bool has_avx512_bf16() {
+  __builtin_cpu_init();
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+         __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
+         __builtin_cpu_supports("avx512bf16");
+}
+
+/// Linux grants the tile registers, 8 KiB a thread in each signal frame, only to a process that requests them.
+bool has_amx_bf16() {
+  unsigned a = 0, b = 0, c = 0, d = 0;
+  constexpr unsigned kBf16 = 1u << 22, kTile = 1u << 24;
+  if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || !(d & kBf16) || !(d & kTile)) return false;
+  constexpr long kRequestPermission = 0x1023, kTileData = 18;
+  return syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
+}
+#endif
+
+}  // namespace
+
+MlpKernel best_mlp_kernel([[maybe_unused]] const MlpShape& shape) {
+#ifdef SARNERF_MLP_KERNELS
+  static const bool avx512 = has_avx512_bf16(), amx = avx512 && has_amx_bf16();
+  if (amx && fused_kernels_fit(shape)) return MlpKernel::amx_bf16;
+  // A LibTorch without oneDNN multiplies bf16 numbers one by one.
+  if (avx512 && at::hasMKLDNN()) return MlpKernel::bf16;
+#endif
+  return MlpKernel::plain;
+}
+
 std::string_view name(MlpKernel kernel) {
   switch (kernel) {
     case MlpKernel::plain:
       return "plain";
-    case MlpKernel::avx512_bf16:
-      return "avx512-bf16";
+    case MlpKernel::bf16:
+      return "bf16";
     case MlpKernel::amx_bf16:
       return "amx-bf16";
   }
@@ -232,19 +336,22 @@ MlpOutput mlp_forward(const MlpNetwork& network, std::span<const glm::vec3> poin
                       std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin,
                       MlpKernel kernel) {
   check(network, point_m, ray_direction, ray_begin);
-  if (kernel == MlpKernel::plain) return mlp_forward_plain(network, point_m, ray_direction, ray_begin);
-  if (kernel > best_mlp_kernel(network.shape)) {
+  const auto type = network.parameters.scalar_type();
+  if (kernel == MlpKernel::plain) return mlp_forward_torch(network, point_m, ray_direction, ray_begin, type, kMostKept_bytes);
+  if (type != torch::kFloat) {
+    throw UsageError("network: kernel " + std::string(name(kernel)) + " expects parameters of type float32");
+  }
+  if (kernel == MlpKernel::bf16)
+    return mlp_forward_torch(network, point_m, ray_direction, ray_begin, torch::kBFloat16, kMostKept_bytes);
+  if (best_mlp_kernel(network.shape) != kernel) {
     throw UsageError("network: no " + std::string(name(kernel)) +
                      " kernel on this processor, in this build or for this shape; the best one is " +
                      std::string(name(best_mlp_kernel(network.shape))));
   }
-  if (network.parameters.scalar_type() != torch::kFloat) {
-    throw UsageError("network: kernel " + std::string(name(kernel)) + " expects parameters of type float32");
-  }
 #ifdef SARNERF_MLP_KERNELS
-  return mlp_forward_fused(network, point_m, ray_direction, ray_begin, kernel);
+  return mlp_forward_fused(network, point_m, ray_direction, ray_begin, {mlp_amx::pack, mlp_amx::forward, mlp_amx::backward});
 #else
-  return {};  // not reached: `plain` is the best one
+  return {};  // not reached: such a build has no AMX kernel
 #endif
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fused kernels: support by processor and system, plan, and autograd function.
+// The fused kernels: plan and autograd function.
 #include <algorithm>
 #include <new>
 
@@ -8,52 +8,6 @@
 #include "mlp/kernel/mlp_plan.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
-
-#ifdef SARNERF_MLP_KERNELS
-#include <cpuid.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-#endif
-
-namespace sarnerf {
-namespace {
-
-#ifdef SARNERF_MLP_KERNELS
-bool has_avx512_bf16() {
-  __builtin_cpu_init();
-  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-         __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
-         __builtin_cpu_supports("avx512bf16");
-}
-
-/// Linux grants the tile registers, 8 KiB a thread in each signal frame, only to a process that requests them.
-bool has_amx_bf16() {
-  unsigned a = 0, b = 0, c = 0, d = 0;
-  constexpr unsigned kBf16 = 1u << 22, kTile = 1u << 24;
-  if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || !(d & kBf16) || !(d & kTile)) return false;
-  constexpr long kRequestPermission = 0x1023, kTileData = 18;
-  return syscall(SYS_arch_prctl, kRequestPermission, kTileData) == 0;
-}
-#endif
-
-MlpKernel best_of_processor() {
-#ifdef SARNERF_MLP_KERNELS
-  static const MlpKernel best = !has_avx512_bf16() ? MlpKernel::plain
-                                : has_amx_bf16()   ? MlpKernel::amx_bf16
-                                                   : MlpKernel::avx512_bf16;
-  return best;
-#else
-  return MlpKernel::plain;
-#endif
-}
-
-}  // namespace
-
-MlpKernel best_mlp_kernel(const MlpShape& shape) {
-  return fused_kernels_fit(shape) ? best_of_processor() : MlpKernel::plain;
-}
-
-}  // namespace sarnerf
 
 namespace sarnerf {
 
@@ -201,17 +155,6 @@ class Buffer {
   std::unique_ptr<T, Delete> data_;
 };
 
-struct KernelFunctions {
-  decltype(&mlp_amx::pack) pack;
-  decltype(&mlp_amx::forward) forward;
-  decltype(&mlp_amx::backward) backward;
-};
-
-KernelFunctions functions_of(MlpKernel kernel) {
-  if (kernel == MlpKernel::amx_bf16) return {mlp_amx::pack, mlp_amx::forward, mlp_amx::backward};
-  return {mlp_avx512::pack, mlp_avx512::forward, mlp_avx512::backward};
-}
-
 /// Points and directions of samples, one array for each component.
 class Samples {
  public:
@@ -249,12 +192,12 @@ std::size_t padded(std::size_t n) { return (n + 31) / 32 * 32; }
 
 /// State of the forward pass that the backward pass needs.
 struct Pass : torch::CustomClassHolder {
-  Pass(const MlpNetwork& network, std::size_t n_samples, MlpKernel kernel)
-      : owner(network.shape, network.box_m), functions(functions_of(kernel)), n(n_samples),
+  Pass(const MlpNetwork& network, std::size_t n_samples, const MlpKernelFunctions& kernel)
+      : owner(network.shape, network.box_m), functions(kernel), n(n_samples),
         packed(1024 * owner.plan().n_tiles), samples(n_samples) {}
 
   MlpPlanOwner owner;
-  KernelFunctions functions;
+  MlpKernelFunctions functions;
   std::size_t n;
   Buffer<char> packed;
   Samples samples;
@@ -385,7 +328,7 @@ struct FusedMlp : torch::autograd::Function<FusedMlp> {
 
 MlpOutput mlp_forward_fused(const MlpNetwork& network, std::span<const glm::vec3> point_m,
                             std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin,
-                            MlpKernel kernel) {
+                            const MlpKernelFunctions& kernel) {
   auto pass = c10::make_intrusive<Pass>(network, point_m.size(), kernel);
   const auto out = FusedMlp::apply(network.parameters, pass, point_m, ray_direction, ray_begin);
   return {out[0], out[1]};

@@ -93,10 +93,8 @@ std::size_t mlp_backward_scratch(const MlpPlan& plan);
                 const MlpSamples& samples, const float* sigma_gradient, const float* s_gradient, \
                 char* scratch, float* sums);                                                     \
   }
-#ifdef SARNERF_MLP_KERNELS
 SARNERF_MLP_KERNEL(mlp_amx)
-SARNERF_MLP_KERNEL(mlp_avx512)
-#endif
+SARNERF_MLP_KERNEL(mlp_emulated)  // of the tests
 #undef SARNERF_MLP_KERNEL
 
 }  // namespace sarnerf

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The network's kernels for one instruction set. CMake compiles this file once for each set, with the compiler's options
-// for it and its name as SARNERF_KERNEL_NAMESPACE.
-#ifdef SARNERF_MLP_TILES_AMX
-#include "mlp/kernel/mlp_tiles_amx.h"
+// The network's kernels. CMake compiles this file with the compiler's options for AMX. Tests compile it once more, with products of
+// tiles that need no AMX (SARNERF_MLP_TILES); the set's name is SARNERF_KERNEL_NAMESPACE.
+#ifdef SARNERF_MLP_TILES
+#include SARNERF_MLP_TILES
 #else
-#include "mlp/kernel/mlp_tiles_avx512.h"
+#include "mlp/kernel/mlp_tiles_amx.h"
 #endif
 
 #include "mlp/kernel/mlp_kernel_forward.h"

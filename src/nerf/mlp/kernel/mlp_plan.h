@@ -8,20 +8,25 @@
 #include "mlp/kernel/mlp_kernel.h"
 #include "sarnerf/nerf/mlp_network.h"
 
-/// The two implementations of mlp_forward(), whose arguments have been checked.
 namespace sarnerf {
 
-MlpOutput mlp_forward_plain(const MlpNetwork& network, std::span<const glm::vec3> point_m,
-                            std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin);
+/// mlp_forward() by LibTorch. Layers of more than one output are products of numbers of `hidden_type`; the encoding and the two heads
+/// are of the parameters' type. Where the activations that the gradient needs exceed `most_kept_bytes` they are computed again.
+MlpOutput mlp_forward_torch(const MlpNetwork& network, std::span<const glm::vec3> point_m,
+                            std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin,
+                            torch::ScalarType hidden_type, double most_kept_bytes);
 
-/// `kernel` is available and not `plain`.
+/// The kernels for one instruction set: see mlp_kernel.h.
+struct MlpKernelFunctions {
+  decltype(&mlp_amx::pack) pack;
+  decltype(&mlp_amx::forward) forward;
+  decltype(&mlp_amx::backward) backward;
+};
+
+/// mlp_forward() by kernels that this processor has; fused_kernels_fit(), parameters are float32, and array lengths match.
 MlpOutput mlp_forward_fused(const MlpNetwork& network, std::span<const glm::vec3> point_m,
                             std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin,
-                            MlpKernel kernel);
-
-}  // namespace sarnerf
-
-namespace sarnerf {
+                            const MlpKernelFunctions& kernel);
 
 /// Description of a network for the fused kernels: padded sizes, and offsets of packed weights and of sums. Owns what
 /// `plan` points to, and therefore cannot be copied or moved.

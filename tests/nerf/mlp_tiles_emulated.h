@@ -6,8 +6,7 @@
 
 #include <immintrin.h>
 
-/// Products of tiles by AVX512-BF16, where there is no AMX: the interface of mlp_tiles_amx.h. Internal linkage: see
-/// mlp_kernel.h.
+/// Products of tiles by AVX512-BF16: the interface of mlp_tiles_amx.h, to test the passes on a processor without AMX.
 namespace sarnerf {
 namespace {
 
