@@ -81,7 +81,7 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
   }
   if (n_repeated > 0)
     console.warning(counted(n_repeated, "training view") +
-                    (n_repeated == 1 ? " has" : " have") + " the angles of another one: they are averaged, and count twice");
+                    (n_repeated == 1 ? " has" : " have") + " the angles of another one: that direction has twice the weight");
 }
 
 /// The images must be at least four widths of the impulse response wide. Throws UsageError.

@@ -352,7 +352,7 @@ std::string background_text(const TrainingSet& set) {
     return set.background ? "returns power, but is no level ground: nothing is carved"
                                       : "dark: what lies in front of the first returns is empty";
   const GroundEstimate& ground = *set.ground;
-  return format("level ground%s, %.3g m %s the aim point, alone in %.0f %% of the pixels: rays end on it, "
+  return format("level ground%s, %.3g m %s the aim point, bare in %.0f %% of the pixels: rays end on it, "
                 "objects may be up to %.3g m high%s",
                 ground.speckled ? " under speckle" : "", std::abs(ground.plane->height_m),
                 ground.plane->height_m < 0.0 ? "below" : "above", 100.0 * ground.part_of_pixels(),
@@ -365,7 +365,8 @@ std::vector<std::pair<std::string, std::string>> left_out(const Options& o, cons
   std::vector<std::pair<std::string, std::string>> list;
   if (data.validation.empty()) {
     list.emplace_back("held-out PSNR, baselines",
-                      o.holdout.kind == Holdout::Kind::automatic
+                      !o.against.empty() ? "all views of --against are trained on"
+                      : o.holdout.kind == Holdout::Kind::automatic
                           ? "fewer than 48 views: all are learned from (--holdout, --against)"
                           : "no view is held out (--holdout, --against)");
   }
@@ -375,7 +376,7 @@ std::vector<std::pair<std::string, std::string>> left_out(const Options& o, cons
   list.emplace_back("azimuth rows without occupied voxels", "neither rendered nor learned from: they contribute nothing");
   list.emplace_back(
       "empty space",
-      "voxels that are pruned as empty, and those outside of all swaths");
+      "voxels that carving or pruning finds empty, and those outside of all swaths");
   return list;
 }
 
@@ -397,12 +398,12 @@ std::string explain(const Options& o, const Data& data, const Trainer& trainer) 
   line("background", background_text(trainer.set()));
   if (trainer.set().resolution)
     line("impulse response", resolution_text(*trainer.set().resolution) +
-                                 (trainer.set().deconvolved.empty() ? ": part of views, whose errors come back through it"
-                                                                : ": taken out of the images, and part of views"));
+                                 (trainer.set().deconvolved.empty() ? ": applied to rendered views and, transposed, to the gradients"
+                                                                : ": images are deconvolved; it is applied to rendered views"));
   if (!trainer.set().resolution && o.resolution.or_else(data.dataset.resolution))
     line("impulse response", "left out: fewer than six speckled views do not determine a ground, or the spacing is too coarse for it");
   line("loss", loss_text(trainer.set(), trainer.options()));
-  line("until", o.time_s ? std::to_string(*o.time_s) + " s after the program's start"
+  line("until", o.time_s ? format("%.4g s after the program's start", *o.time_s)
                          : std::to_string(o.steps) + " steps");
   line("a step", std::to_string(trainer.options().rows_per_step) + " azimuth rows of all views");
   std::uint64_t bytes = 0;

@@ -26,7 +26,7 @@ constexpr const char* kDescription =
     "The same\n"
     "command continues after an interruption. Images of amplitude are squared: what is modelled is "
     "power.\n"
-    "The loss is the mean square error of power; over a level ground, of errors over their standard deviation.";
+    "The loss is the mean square error of power. Over a level ground, each error is divided by its standard deviation first.";
 
 constexpr const char* kExamples =
     "Examples:\n"
@@ -79,8 +79,7 @@ void add_options(CommandLine& command, Options& o) {
               "Where the ground lies, in world coordinates; auto: where speckled views agree on its texture, else the bottom "
               "of the dataset's scene box");
   command.add("--scene-height", o.heights.above_ground_m, height_above_ground().or_word("auto"),
-              "Greatest height of matter above a level ground; auto: under speckle a quarter of the ground's width that a "
-              "view shows");
+              "Greatest height of objects above a level ground; auto: under speckle a quarter of the swath in ground range");
   command.add("--resolution", o.resolution, resolution_choice(),
               "-3 dB widths (m) of the images' impulse response, which becomes part of the model; auto: what dataset.json "
               "says");
@@ -93,7 +92,7 @@ void add_options(CommandLine& command, Options& o) {
   command.add("--time", o.time_s, seconds(),
               "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
   command.read_later({"--steps"});
-  command.add("--seed", o.seed, whole("N", 0, std::numeric_limits<std::int64_t>::max()), "Of all that is random");
+  command.add("--seed", o.seed, whole("N", 0, std::numeric_limits<std::int64_t>::max()), "Seed of the random numbers");
   command.add_list("--option", o.training, text("NAME=VALUE"),
                    "A training option, for experts; may be repeated (docs/guide/training.md)", {.separator = ','});
 
@@ -104,8 +103,8 @@ void add_options(CommandLine& command, Options& o) {
   command.add("--against", o.against, made_by("FOLDER", dataset_folder),
               "Dataset whose views are predicted; those trained on are left out");
   command.add("--patience", o.patience, part("PART", 0.1, 1.0).or_word("off", 0.0),
-              "End early and keep the best model when held-out views have come no closer for this part of "
-              "the training (0.2, 20%)");
+              "End early and keep the best model when the held-out PSNR has not risen during this part of the training "
+              "(0.2, 20%)");
   command.add("--lpips", o.lpips, path("FILE"), "Weights of LPIPS (.safetensors, docs/guide/lpips.md)");
   command.add("--despeckle", o.despeckle_deg, despeckle_degrees(),
               "Compare with averages of unseen views within so many degrees of azimuth, too (docs/guide/metrics.md)");
@@ -114,7 +113,7 @@ void add_options(CommandLine& command, Options& o) {
   command.begin_group("Output", /*in_files=*/false);
   command.add("-o,--output", o.run, made_by("RUN", without_slash), "Run folder; default DATASET_run");
   command.add("--resume", o.run, made_by("RUN", without_slash),
-              "Continue this run; nothing but --steps or --time may be raised");
+              "Continue this run; only --steps or --time may change, upwards");
   command.add_flag("--overwrite", o.overwrite, "Replace a run of other options, or repeat the same");
   command.add_flag("--explain", o.explain, "Print the plan before the work, with what is left out and why");
   command.add_flag("--dry-run", o.dry_run, "Print the plan and stop: nothing is written");
@@ -191,6 +190,9 @@ constexpr Limits kLimits[] = {
     {"voxel_size_m", 1e-6, 1e6},
     {"n_levels", 1, 10},
     {"harmonics_degree", 0, 2},
+    {"skip", -1, 1000},
+    {"initial_depth", 1e-9, kAny},
+    {"initial_brightness", 1e-9, kAny},
     {"n_prunings", 0, 1000},
     {"n_registrations", 0, 1000},
     {"final_rate", 1e-9, 1},
@@ -220,11 +222,12 @@ void require_within_limits(const std::string& name, double value) {
 }
 
 void require_possible_voxels(const TrainerOptions& training, const TrainingSet& set) {
-  const double coarse_m = training.grid.voxel_size_m * std::pow(2.0, training.grid.n_levels - 1);
+  const double coarse_m = training.field == "grid" ? training.grid.voxel_size_m * std::pow(2.0, training.grid.n_levels - 1)
+                                                   : training.mlp.voxel_size_m;
   const glm::dvec3 size_m = set.box_m.size();
   const double n = std::ceil(size_m.x / coarse_m) * std::ceil(size_m.y / coarse_m) *
                    std::ceil(size_m.z / coarse_m);
-  if (training.field != "grid" || n <= kMostVoxels) return;
+  if (n <= kMostVoxels) return;
   char text[200];
   std::snprintf(text, sizeof text,
                 "the scene's box of %.4g x %.4g x %.4g m has %.3g voxels of %.3g m to begin with, "

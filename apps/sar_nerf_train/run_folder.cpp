@@ -101,6 +101,7 @@ std::string config_text(const Options& o, const TrainerOptions& training) {
     out << "resolution = " << quoted(r ? Json(r->azimuth_m).dump() + "," + Json(r->range_m).dump() : "none") << "\n";
     if (r) out << "window = " << quoted(text_of(r->window)) << "\n";
   }
+  if (o.registers) out << "register = " << quoted(*o.registers ? "on" : "off") << "\n";
   out << "holdout = " << quoted(o.holdout.text) << "\n";
   if (o.patience > 0.0) out << "patience = " << quoted(Json(o.patience).dump()) << "\n";
   if (!o.against.empty()) out << "against = " << quoted(full_path(o.against)) << "\n";
@@ -183,8 +184,7 @@ void require_longer(const Options& o, const RunState& state) {
     throw UsageError("--steps " + std::to_string(o.steps) + ": the run has done " +
                      std::to_string(state.steps) + " already; ask for more");
   if (o.time_s && !state.finished && *o.time_s <= state.seconds)
-    throw UsageError("--time: the run has taken " + std::to_string(state.seconds) +
-                     " s already; allow more");
+    throw UsageError(format("--time: the run has taken %.4g s already; allow more", state.seconds));
 }
 
 }  // namespace

@@ -351,7 +351,6 @@ void TrainingRun::keep_last_good() const {
 std::optional<double> TrainingRun::held_out_psnr_db() {
   if (options_.patience == 0.0 || curve_.views().empty())
     return curve_.measure_if_due(trainer_.field(), seconds_since_start());
-  // With --time, there is no time left at the end.
   const bool last = !options_.time_s && ended();
   if (!best_.due(progress_) && !last) return std::nullopt;
   const double psnr_db = curve_.measure(trainer_.field());
@@ -413,6 +412,9 @@ void TrainingRun::train(Console& console, const Monitor& monitor) {
       if (seconds_since_start() >= next_checkpoint_s_)
         pending_ = checkpoint(false);
     }
+    // With --time, training ends between two judgements: the last field has none yet.
+    if (options_.time_s && options_.patience > 0.0 && !curve_.views().empty())
+      best_.judge(trainer_.field(), curve_.measure(trainer_.field()), progress_, trainer_.steps_done());
     write(checkpoint(true));
     if (trainer_.field().occupied_box_m().empty())
       throw Error("nothing was learned: after " + counted(static_cast<std::uint64_t>(trainer_.steps_done()), "step") +

@@ -79,6 +79,9 @@ TEST_CASE("which loss it is follows from the images") {
   REQUIRE(ground.ground->looks);
   CHECK(relative.relative == Approx(std::sqrt(1.0 / *ground.ground->looks + options.misfit * options.misfit)));
   CHECK(relative.absolute == Approx(options.misfit * ground.ground->plane->mean_power()));
+  TrainingSet clean = ground;
+  clean.ground->speckled = false;
+  CHECK(pixel_loss(clean, options).relative == Approx(options.misfit));
   options.misfit = 0.0;
   CHECK(pixel_loss(ground, options).relative == 0.0);
   CHECK(pixel_loss(dark, default_options(dark, "grid")).absolute == Approx(double{dark.peak}));
@@ -86,8 +89,8 @@ TEST_CASE("which loss it is follows from the images") {
   // And it is said.
   CHECK(loss_text(dark, default_options(dark, "grid")) == "mean square error of power over the peak's square (paper, eq. 31)");
   options = default_options(ground, "grid");
-  CHECK(loss_text(ground, options).find("mean square error of power over its variance, standard deviation 0.85") == 0);
-  CHECK(loss_text(speckled_ground(kGroundResolution), options).find("mean square error of power over its variance") == 0);
+  CHECK(loss_text(ground, options).find("mean of (error of power / s)^2 with s^2 = (0.85") == 0);
+  CHECK(loss_text(speckled_ground(kGroundResolution), options).find("mean of (error of power / s)^2") == 0);
   CHECK(loss_text(speckled_ground(kGroundResolution), options).find("seen through the impulse response") != std::string::npos);
 }
 
@@ -136,6 +139,46 @@ TEST_CASE("the gradient through a response agrees with central differences of th
     constexpr double kStep = 0.5;
     CHECK((moved(n, kStep) - moved(n, -kStep)) / (2.0 * kStep) == Approx(loss.gradient[n].item<double>()).epsilon(2e-3));
   }
+}
+
+TEST_CASE("a row that comes twice has the gradient of its later rendering") {
+  const TrainingSet set = speckled_ground(kGroundResolution);
+  const PixelLoss pixel{1.0, 1e5};
+  const std::array<RowReference, 2> twice{{{2, 20}, {2, 20}}};
+  const std::array<RowReference, 1> once{{{2, 20}}};
+  const RowBatch batch = batch_of(set, twice), single = batch_of(set, once);
+  const torch::Tensor at = random_pixels(batch.image.size(), 9);
+  const auto n = static_cast<std::int64_t>(single.image.size());
+  const DataLoss both = DataTerm(set, pixel).of(batch, at), later = DataTerm(set, pixel).of(single, at.narrow(0, n, n));
+  CHECK(both.value == Approx(later.value).epsilon(1e-6));
+  CHECK(both.gradient.narrow(0, 0, n).abs().max().item<double>() == 0.0);
+  CHECK(torch::allclose(both.gradient.narrow(0, n, n), later.gradient, 1e-4, 1e-9));
+}
+
+TEST_CASE("pixels that no voxel can change any more show the ground") {
+  const TrainingSet set = speckled_ground(kGroundResolution);
+  const PixelLoss pixel{1.0, 1e5};
+  const std::array<RowReference, 2> rows{{{2, 20}, {2, 22}}};
+  const RowBatch batch = batch_of(set, rows);
+  DataTerm term(set, pixel);
+  const double bare = term.of(batch_of(set, {}), torch::zeros({0})).value;
+  REQUIRE(bare == 0.0);
+  const std::vector<LayoverShadowWindow> all(set.images.size(), {0.0, 0.0, 0, set.images[2].power.n_range()});
+  const auto value = [&] {
+    DataTerm copy = term;
+    RowBatch nothing = batch;
+    std::fill(nothing.counts.begin(), nothing.counts.end(), std::uint8_t{0});
+    return copy.of(nothing, torch::zeros({static_cast<std::int64_t>(batch.image.size())})).value;
+  };
+  const double ground = value();
+  term.of(batch, 1e4 * random_pixels(batch.image.size(), 9).abs());
+  const double bright = value();
+  REQUIRE(bright != Approx(ground));
+  // Both rows stay, with all of their pixels: nothing changes. Without them, the ground is left.
+  term.update(set, rows, all);
+  CHECK(value() == Approx(bright).epsilon(1e-6));
+  term.update(set, {}, all);
+  CHECK(value() == Approx(ground).epsilon(1e-9));
 }
 
 TEST_CASE("a field that is lost is found out over a ground as without one, and a black one is not lost") {

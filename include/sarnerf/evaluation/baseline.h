@@ -44,7 +44,7 @@ std::vector<Interpolation> despeckling_for(std::span<const PosedImage> training)
 /// The image that `method` predicts on the grid of `wanted`, linear power.
 ///
 /// Training images are looked up by the distances (m) from the wanted aim point along track and in range, so that sizes,
-/// spacings, looks and aim points may differ. Values between pixels are bilinear, beyond the image's border 0. Turning
+/// spacings, look sides and aim points may differ. Values between pixels are bilinear, beyond the image's border 0. Turning
 /// and rescaling assume that all scatterers lie on one horizontal plane, y = `plane_height_m` above the wanted aim point.
 /// The plane's point that the wanted radar sees in pixel (i, j),
 ///

@@ -84,13 +84,13 @@ struct GroundRule {
   double height_step_pixels = 0.5, height_reach_pixels = 6.0;
   /// Gaussian σ of the blur before heights are compared: half the correlation width of speckle. Chosen.
   double height_sigma_pixels = 1.0;
-  /// Standard deviations by which V at the best height must exceed V at the bottom of the box: 1 in 30 000 by chance (one-sided
-  /// normal tail), and 25 heights are tried.
+  /// Standard deviations of V by which V at the best height must exceed V at the bottom of the box. (The difference of two
+  /// independent values has √2 of them, and 25 heights are tried.) Chosen.
   double height_significance = 4.0;
   /// A point is empty if at least this fraction of the views that see it show bare ground there and in its shadow. In some
   /// views, an object may be as bright as the ground. Chosen.
   double bare_fraction = 0.3;
-  /// Greatest height of objects under speckle, as a fraction of the level width that a view sees: chips do not bound the height
+  /// Greatest height of objects under speckle, as a fraction of the swath in ground range: chips do not bound the height
   /// of an object whose shadow lies outside of them. Kept for speed: training takes 1.6 times as long without. Chosen.
   double object_height_fraction = 0.25;
 };
@@ -101,7 +101,7 @@ struct GroundEstimate {
   std::vector<Image<std::uint8_t>> mask;   ///< of each view: 1 where a pixel shows bare ground
   double deviation = 0.0;                  ///< relative deviation of pixels from the plane's image, robust (1.48 × median)
   std::optional<double> looks;             ///< looks_of() the images
-  bool speckled = false;                   ///< is_speckled()
+  bool speckled = false;                   ///< is_speckle(looks)
 
   /// Fraction of the pixels that show bare ground.
   double part_of_pixels() const;
@@ -116,11 +116,11 @@ struct GroundEstimate {
 /// remaining ones best.
 ///
 /// Height: r are the relative deviations of masked pixels from their view's mean. Their mean covariance V(h), over the plane's
-/// cells and all pairs of views, is computed for a series of heights h. At the true height,
+/// cells and all pairs of views, is computed for a series of heights h:
 ///
 ///     V(h) = ⟨[(Σ_v r_v)² − Σ_v r_v²] / [n (n − 1)]⟩_cells
 ///
-/// is the variance of the ground's texture; it falls off evenly to both sides. The best height is accepted if V exceeds its value
+/// At the true height it is the variance of the ground's texture; it falls off evenly to both sides. The best height is accepted if V exceeds its value
 /// at the bottom of the box by `height_significance` standard deviations of V under independent speckle. A parabola through its
 /// neighbours refines it. (A measured chip is centred on a target, not on the ground.)
 ///

@@ -25,7 +25,7 @@ struct ModelInfo {
   DatasetView acquisition;     ///< default of new views; no image
   std::string dataset;         ///< folder, as it was given
   std::string dataset_sha256;  ///< dataset_fingerprint()
-  std::vector<DatasetView> training_views;  ///< their names, angles, ranges and looks
+  std::vector<DatasetView> training_views;  ///< their names, angles, ranges and look sides
   std::int64_t steps = 0;                   ///< number of training steps
 };
 

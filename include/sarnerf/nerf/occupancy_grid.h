@@ -26,12 +26,13 @@ struct CarvedVoxels {
 /// the first returns of its own row and of its neighbours. One such view suffices. Points outside of all swaths are removed, too.
 ///
 /// If the images have a background that returns power, this removes only points outside of all swaths. Over a level ground
-/// (TrainingSet::ground) another rule holds: a point is empty if three in ten of the views that see it show ground both in its
-/// pixel and where its shadow would lie, or if fewer than a quarter of all views see it; points below the ground are empty, too.
+/// (TrainingSet::ground) another rule holds: a point is empty if at least 30 % of the views that see it show bare ground both in
+/// its pixel and where its shadow would lie. Points that no view sees and points below the ground are empty, too.
 /// Cost: views × voxels, a few ns each.
 CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const Monitor& monitor = {});
 
-/// The grid whose voxels' centres fill the set's box: centred horizontally, with the box's bottom halfway between two centres.
+/// The grid whose voxels' centres fill the set's box: centred horizontally, with the box's bottom halfway between two centres
+/// (after a halving, a centre lies on the bottom).
 GridTransform grid_transform(const TrainingSet& set, double voxel_size_m);
 
 /// Caches the extinction of a field that is expensive to evaluate at the centres of voxels. The cache determines where

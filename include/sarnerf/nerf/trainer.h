@@ -34,16 +34,16 @@ struct TrainerOptions {
   std::uint64_t seed = 1;
 };
 
-/// What the share of the training that is done is counted in.
+/// Whether the progress of the training is measured in steps or in seconds.
 enum class Schedule { steps, clock };
 
 /// The options that suit a set of images: voxels of two thirds of a range bin. `surfaces`: whether the field `grid` is to
-/// become opaque where there is matter, so that surfaces can be taken from it; unless told otherwise, where enough images
-/// of different incidences without a background tell them.
+/// become opaque, so that surfaces can be taken from it. Default: yes with 36 or more images without a background whose incidences
+/// differ by more than 5°.
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
                                std::optional<bool> surfaces = std::nullopt);
 
-/// Steps after which more of them bring little: 1000, and 600 where images show a ground, which take longer each.
+/// Steps after which more of them bring little: 1000, and 600 over a ground, where a step takes longer.
 std::int64_t default_steps(const TrainingSet& set);
 
 /// One JSON object with the options that concern the field in use, and its inverse. Throws UsageError for unknown keys
@@ -51,7 +51,7 @@ std::int64_t default_steps(const TrainingSet& set);
 std::string options_json(const TrainerOptions& options);
 TrainerOptions options_from_json(const std::string& json);
 
-/// Throws UsageError for an option of older versions, naming what stands in its place.
+/// Throws UsageError for an option of older versions, naming what replaces it.
 void refuse_replaced_option(const std::string& name);
 
 /// The loss that these images and options have, in words.

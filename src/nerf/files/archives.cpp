@@ -206,8 +206,8 @@ CarvedVoxels voxels_of(const Archive& archive, const std::string& where) {
   for (std::int64_t n = 0; n < bricks.size(0); ++n, b += 3) {
     const glm::ivec3 brick(b[0], b[1], b[2]);
     require(glm::all(glm::lessThanEqual(glm::abs(brick), glm::ivec3(kMaxBrick))),
-            "a brick is out of reach");
-    require(result.topology.insert(brick) == n, "a brick is there twice");
+            "a brick's coordinate is too large");
+    require(result.topology.insert(brick) == n, "a brick is stored twice");
   }
   result.active.assign(result.topology.n_bricks() * kBrickVoxels, 0);
   std::int64_t last = -1;

@@ -58,7 +58,7 @@ Image<float> ground_image(const LevelGround& ground, const Acquisition& a) {
 
 namespace {
 
-/// Margin on either side of the window: an object begins up to some voxels above the plane.
+/// Margin on either side of the window, for rounding and for interpolation between voxels.
 constexpr int kMargin_bins = 4;
 
 /// Ray angle at which each bin sees the plane; −∞ in bins nearer than the plane.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "train/loss.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "files/archives.h"
 #include "sarnerf/core/error.h"
@@ -18,7 +20,7 @@ PixelLoss::Term PixelLoss::of(double rendered, double image) const {
 
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options) {
   if (!set.ground || !(options.misfit > 0.0)) return {0.0, double{set.peak}};
-  const double speckle = set.ground->looks ? 1.0 / *set.ground->looks : 0.0;
+  const double speckle = set.ground->speckled ? 1.0 / *set.ground->looks : 0.0;
   return {std::sqrt(speckle + options.misfit * options.misfit), options.misfit * set.ground->plane->mean_power()};
 }
 
@@ -33,7 +35,7 @@ std::string loss_text(const TrainingSet& set, const TrainerOptions& options) {
   const PixelLoss pixel = pixel_loss(set, options);
   const std::string through = is_through_response(set) ? ", seen through the impulse response" : "";
   if (pixel.relative == 0.0) return "mean square error of power over the peak's square (paper, eq. 31)" + through;
-  return format("mean square error of power over its variance, standard deviation %.3g of the power and %.3g of the ground's mean",
+  return format("mean of (error of power / s)^2 with s^2 = (%.3g of the power)^2 + (%.3g of the ground's mean)^2",
                 pixel.relative, options.misfit) + through;
 }
 
@@ -59,18 +61,34 @@ DataTerm::DataTerm(const TrainingSet& set, const PixelLoss& pixel) : pixel_(pixe
   for (std::size_t v = 0; v < set.images.size(); ++v) {
     const PosedImage& image = set.images[v];
     const ResponseMatrix& m = *matrices[v];
-    View view{m.azimuth.narrow(1, m.border.azimuth, image.power.n_azimuth()),
-              m.range.narrow(0, m.border.range, image.power.n_range()), tensor_of(image.power),
-              tensor_of(ground_image(*set.ground->plane, image.acquisition)), {}};
-    // Beyond the borders lies the ground's mean.
-    const float level = view.rendered.mean().item<float>();
-    view.seen = view.azimuth.matmul(view.rendered - level).matmul(view.range) + level;
-    views_.push_back(std::move(view));
+    views_.push_back({m.azimuth.narrow(1, m.border.azimuth, image.power.n_azimuth()),
+                      m.range.narrow(0, m.border.range, image.power.n_range()), {}, {}, {}});
   }
+  update(set, {}, {});
 }
 
-void DataTerm::set_images(const TrainingSet& set) {
-  for (std::size_t v = 0; v < views_.size(); ++v) views_[v].image = tensor_of(set.images[v].power);
+void DataTerm::update(const TrainingSet& set, std::span<const RowReference> rows, std::span<const LayoverShadowWindow> windows) {
+  if (views_.empty()) return;
+  std::vector<torch::Tensor> before;
+  std::vector<float> level;
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const PosedImage& image = set.images[v];
+    before.push_back(std::exchange(views_[v].rendered, tensor_of(ground_image(*set.ground->plane, image.acquisition))));
+    level.push_back(views_[v].rendered.mean().item<float>());
+    views_[v].image = tensor_of(image.power);
+  }
+  for (const RowReference& r : rows) {
+    const LayoverShadowWindow& w = windows[r.view];
+    const auto row = [&](const torch::Tensor& view) {
+      return view.select(0, r.row).slice(0, w.first_bin, std::max(w.first_bin, w.end_bin));
+    };
+    row(views_[r.view].rendered).copy_(row(before[r.view]));
+  }
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    // Beyond the borders lies the ground's mean.
+    View& view = views_[v];
+    view.seen = view.azimuth.matmul(view.rendered - level[v]).matmul(view.range) + level[v];
+  }
 }
 
 DataLoss DataTerm::of(const RowBatch& batch, const torch::Tensor& rendered) {
@@ -153,6 +171,9 @@ DataLoss DataTerm::through_response(const RowBatch& batch, const float* rendered
     const torch::Tensor back = part->azimuth.matmul(part->gradient).matmul(view->range).contiguous();
     const std::int64_t n_range = view->rendered.size(1);
     for (std::size_t n = 0; n < part->rows.size(); ++n) {
+      // A row that comes twice in the batch: B f has the later rendering.
+      if (std::find(part->rows.begin() + static_cast<std::ptrdiff_t>(n) + 1, part->rows.end(), part->rows[n]) != part->rows.end())
+        continue;
       const float* const row = back.data_ptr<float>() + static_cast<std::int64_t>(n) * n_range;
       for (std::int64_t j = 0; j < n_range; ++j) {
         const std::size_t pixel = part->first_pixel[n] + static_cast<std::size_t>(j);

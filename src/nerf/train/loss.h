@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -80,7 +81,7 @@ struct DataLoss {
 ///     value = Σ [(B f − I) / d]²,      ∂ value / ∂ f = Bᵀ [2 e / d]
 ///
 /// Rows of f are rendered a few at a time. Other rows of a view keep their values from the step that rendered them last; until then
-/// they show the bare ground. Cost through a response: the batch's rows times a matrix of the image's size for each axis, and
+/// they show the bare ground, as pixels do that no voxel can change. Cost through a response: the batch's rows times a matrix of the image's size for each axis, and
 /// the pixels of all their views.
 class DataTerm {
  public:
@@ -90,8 +91,9 @@ class DataTerm {
 
   const PixelLoss& pixel() const { return pixel_; }
 
-  /// The views' images, after their gains have changed.
-  void set_images(const TrainingSet& set);
+  /// After gains, shifts or ground of the views have changed, or the field's occupied space. Of f, what the rows `rows` show in their
+  /// view's window is kept, and the rest is the ground: no voxel can change it.
+  void update(const TrainingSet& set, std::span<const RowReference> rows, std::span<const LayoverShadowWindow> windows);
 
   /// `rendered`: pixels of the batch's rows as the field has them, [n] float32.
   DataLoss of(const RowBatch& batch, const torch::Tensor& rendered);
@@ -113,14 +115,15 @@ class DataTerm {
   std::vector<View> views_;  ///< with a response only
 };
 
-/// Finds out when a field is lost. It compares mean square errors of power, whichever the loss is: a relative error stays
-/// below 1 however much too bright a field is. Lost is a field whose error is a thousand times the least so far and ten times
-/// that of black images. (A batch may show almost nothing, so that the least error is near 0: the second comparison then decides.)
+/// Detects divergence. It compares mean square errors of power, whichever the loss is: an error over its standard deviation stays
+/// below 1 / relative, however bright the field is. The field has diverged if its error is a thousand times the least so far, and ten
+/// times the sum of the mean squares of all training pixels and of the batch's. (A batch may show almost nothing, so that the least
+/// error is near 0: the second comparison then decides.)
 class DivergenceGuard {
  public:
   explicit DivergenceGuard(const TrainingSet& set);
 
-  /// Throws NumericsError for a step whose loss is not finite or whose field is lost.
+  /// Throws NumericsError for a step whose loss is not finite or whose field has diverged.
   void check(const DataLoss& loss, std::int64_t step);
 
   double least() const { return least_; }  ///< least mean square error so far, over the peak's square

@@ -57,9 +57,7 @@ bool MlpLearner::adapt(double, std::int64_t) {
   field_.refresh(options_.prune_depth);
   if (field_.cache().n_occupied() == 0 && field_.cache().n_voxels() > 0)
     throw NumericsError(
-        "training diverges: the network is empty everywhere, so that nothing can grow any more; "
-        "use "
-        "a lower rate");
+        "training diverges: the network's extinction is 0 everywhere (dead ReLU), so there is no gradient; use a lower rate");
   const Box after = field_.occupied_box_m();
   return before.min != after.min || before.max != after.max;
 }

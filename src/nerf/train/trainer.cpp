@@ -43,7 +43,9 @@ class RowQueue {
 
   /// Saves the order under "rows", and position and random state in the JSON object.
   void save(Archive& archive) const;
-  void restore(const Archive& archive, const std::string& where);
+  void restore(const Archive& archive, const TrainingSet& set, const std::string& where);
+
+  std::span<const RowReference> rows() const { return rows_; }
 
  private:
   std::mt19937_64 random_;
@@ -92,14 +94,19 @@ void RowQueue::save(Archive& archive) const {
   add_text(archive, "row_queue", {{"next", next_}, {"random", random.str()}});
 }
 
-void RowQueue::restore(const Archive& archive, const std::string& where) {
+void RowQueue::restore(const Archive& archive, const TrainingSet& set, const std::string& where) {
   const torch::Tensor rows = archive.tensor("rows", torch::kLong, 2, where).contiguous();
   if (rows.size(1) != 2) throw CheckpointError(where + ": the order of the rows is damaged");
   const Json text = text_of(archive, "row_queue", where);
   rows_.clear();
   const auto* in = rows.data_ptr<std::int64_t>();
-  for (std::int64_t n = 0; n < rows.size(0); ++n, in += 2)
-    rows_.push_back({static_cast<std::uint32_t>(in[0]), static_cast<std::uint32_t>(in[1])});
+  for (std::int64_t n = 0; n < rows.size(0); ++n, in += 2) {
+    const std::int64_t view = in[0], row = in[1];
+    if (view < 0 || view >= static_cast<std::int64_t>(set.images.size()) || row < 0 ||
+        row >= set.images[static_cast<std::size_t>(view)].power.n_azimuth())
+      throw CheckpointError(where + ": the order of the rows is that of other images, or damaged");
+    rows_.push_back({static_cast<std::uint32_t>(view), static_cast<std::uint32_t>(row)});
+  }
   next_ = member<std::size_t>(text, "next", where);
   std::istringstream random(member<std::string>(text, "random", where));
   if (!(random >> random_) || next_ > rows_.size())
@@ -138,7 +145,6 @@ struct Trainer::State {
 
   /// Updates what depends on the views' shifts and gains.
   void views_have_changed() {
-    data_term.set_images(set);
     if (registration.is_complete() && set.ground) {
       if (auto ground = estimate_ground(set.training_images(), set.box_m, set.ground->plane->height_m, set.ground_rule)) {
         set.ground = std::move(ground);
@@ -148,7 +154,7 @@ struct Trainer::State {
     field_has_changed(true);
   }
 
-  /// Updates the queue (unless `resume`) and the windows after the field's occupied space has changed.
+  /// Updates the queue (unless `resume`), the windows and the data term after the field's occupied space has changed.
   void field_has_changed(bool resume) {
     if (!resume) queue.keep_rows_that_see(set, learner->field());
     windows.clear();
@@ -156,6 +162,7 @@ struct Trainer::State {
     const double height_m = set.ground->plane->height_m;
     const Box box_m = learner->field().occupied_box_m();
     for (const PosedImage& image : set.images) windows.push_back(layover_shadow_window(image.acquisition, box_m, height_m));
+    data_term.update(set, queue.rows(), windows);
   }
 
   /// Fraction of the largest learning rates. The total number of steps is extrapolated from the progress so far.
@@ -203,8 +210,8 @@ Trainer::Trainer(TrainingSet set, const TrainerOptions& options, const Monitor& 
     : state_(std::make_unique<State>(std::move(set), options, monitor)) {
   if (state_->learner->field().occupied_box_m().empty()) {
     const Box& box = state_->set.box_m;
-    throw InputError(format("nothing can be learned: no place in the scene's box (%.4g..%.4g, %.4g..%.4g, %.4g..%.4g m about the aim "
-                            "point) is shown by the images and not seen to be empty; check 'scene_box_m' and 'aim_m' of the "
+    throw InputError(format("nothing can be learned: every point of the scene's box (%.4g..%.4g, %.4g..%.4g, %.4g..%.4g m about the "
+                            "aim point) lies outside all images or is shown to be empty; check 'scene_box_m' and 'aim_m' of the "
                             "dataset, and whether its images are of one scene",
                             box.min.x, box.max.x, box.min.y, box.max.y, box.min.z, box.max.z));
   }
@@ -252,10 +259,10 @@ void Trainer::restore(const Archive& archive, const std::string& where) {
     throw CheckpointError(where + ": was written with other options: " + saved.options + " instead of " +
                           options_json(state_->options));
   state_->learner->restore(archive, where);
-  state_->queue.restore(archive, where);
+  state_->queue.restore(archive, state_->set, where);
   state_->registration.restore(archive, state_->set, where);
-  state_->data_term.restore(archive, where);
   state_->views_have_changed();
+  state_->data_term.restore(archive, where);
   state_->steps = saved.steps;
   state_->guard.set_least(saved.least_error);
 }

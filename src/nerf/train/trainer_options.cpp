@@ -74,13 +74,13 @@ const std::map<std::string, std::string> kReplaced = {
     {"speckle_floor", "misfit"}, {"relative_epsilon", "misfit"}, {"speckle_most", ""}, {"huber_delta", ""},
     {"distortion", ""}, {"final_distortion", ""}, {"prune_exposure", ""}, {"smooth_density", ""}, {"smooth_source", ""}, {"smooth_angular", ""}};
 
-/// By the clock, a step with voxels of half the size takes as long as some four of before.
+/// With --time: a step with halved voxels takes about four times as long.
 constexpr int kClockStepsLeft = 300;
 
-/// Incidences this far apart (rad) see a scene's heights from so different sides that fog and false surfaces show.
+/// With incidences this far apart (rad), images contradict surfaces at wrong heights.
 constexpr double kIncidencesDiffer = 5.0 * std::numbers::pi / 180.0;
 
-/// Fewer images leave so much open that decay darkens what they cannot place.
+/// With fewer images, weight decay darkens parts that the images do not determine.
 constexpr std::size_t kLeastForSurfaces = 36;
 
 bool images_tell_surfaces(const TrainingSet& set) {
@@ -93,12 +93,11 @@ bool images_tell_surfaces(const TrainingSet& set) {
   return most - least > kIncidencesDiffer;
 }
 
-/// Fog so thin that rays see all of it, and a reason to become opaque: matter grows where all views agree, and not
-/// where the first ones put it.
-void learn_surfaces(GridOptions& grid, bool several_incidences) {
+/// Nearly transparent voxels, so that rays reach all of them, and weight decay of the brightness, which favours opaque voxels.
+void learn_surfaces(GridOptions& grid, bool determined) {
   grid.initial_depth = 0.02;
   grid.prune_depth = 0.002;
-  grid.brightness_decay = several_incidences ? 1.0 : 0.7;
+  grid.brightness_decay = determined ? 1.0 : 0.7;
 }
 
 }  // namespace
@@ -113,7 +112,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   options.grid.voxel_size_m = 2.0 / 3.0 * bin_m;
   if (!set.exact_poses) options.n_registrations = 20;
   if (set.background && !set.ground) {
-    // Nothing is carved. Matter grows out of thin air over a plane, and what does not grow goes later.
+    // Nothing is carved. All voxels begin nearly transparent, and empty ones are removed from progress 0.2 on.
     options.grid.initial_depth = 0.01;
     options.grid.n_levels = 3;
     options.rows_per_step = 70;

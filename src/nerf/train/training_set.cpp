@@ -20,7 +20,7 @@ float mean_of_brightest(const std::vector<PosedImage>& images) {
     for (const float p : image.power.pixels())
       if (p > 0.0f) positive.push_back(p);
   if (positive.empty())
-    throw InputError("nothing is left of the images without their impulse response; is its resolution right?");
+    throw InputError("deconvolution left no power in the images; is the resolution right?");
   const std::size_t n = std::max<std::size_t>(1, positive.size() / 100);
   std::nth_element(positive.begin(), positive.begin() + static_cast<std::ptrdiff_t>(n) - 1, positive.end(),
                    std::greater<>());
@@ -29,8 +29,8 @@ float mean_of_brightest(const std::vector<PosedImage>& images) {
   return static_cast<float>(sum / static_cast<double>(n));
 }
 
-/// The largest ground-range width of a view.
-double level_width_m(const std::vector<PosedImage>& images) {
+/// The widest view, in ground range.
+double ground_swath_m(const std::vector<PosedImage>& images) {
   double most = 0.0;
   for (const PosedImage& image : images) {
     const Acquisition& a = image.acquisition;
@@ -42,8 +42,8 @@ double level_width_m(const std::vector<PosedImage>& images) {
 /// Level of an impulse response's tails, as a fraction of the peak. They reach everywhere, also where the scene is empty.
 constexpr float kTail = 1e-4f;
 
-/// Whether four fifths of the pixels are tails. Without a weighting window, sidelobes cover far more of an image than the
-/// remaining fifth. Carving then removes too little: starting with opaque voxels in the rest was measured to fail.
+/// Whether four fifths of the pixels are tails. Without a weighting window, sidelobes above −40 dB cover more than a fifth of an image.
+/// Carving then removes too little: starting with opaque voxels in the rest was measured to fail.
 bool is_mostly_tails(const std::vector<PosedImage>& images, float peak) {
   std::size_t n_dark = 0, n = 0;
   for (const PosedImage& image : images) {
@@ -116,7 +116,7 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   else if (height_m) set.box_m.min.y = *height_m;
   if (set.ground) {
     if (set.ground->speckled || heights.above_ground_m) {
-      const double above_m = heights.above_ground_m.value_or(ground_rule.object_height_fraction * level_width_m(set.images));
+      const double above_m = heights.above_ground_m.value_or(ground_rule.object_height_fraction * ground_swath_m(set.images));
       set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + above_m);
     }
   } else if (!set.resolution && has_background(set.images) && is_mostly_tails(set.images, set.peak)) {
