@@ -190,7 +190,7 @@ TEST_CASE("odd datasets are learned from") {
     scene.edit("data/dataset.json", "\"azimuth_deg\":90.0", "\"azimuth_deg\":360.0");
     const Outcome outcome = scene.train({"data", "-o", "run", "--steps", "5"});
     CHECK(outcome.code == 0);
-    CHECK(outcome.err.find("count twice") != std::string::npos);
+    CHECK(outcome.err.find("twice the weight") != std::string::npos);
   }
   SECTION("amplitudes, with a note") {
     scene.edit("data/dataset.json", "\"quantity\": \"power\"", "\"quantity\": \"amplitude\"");
