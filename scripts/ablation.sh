@@ -29,6 +29,7 @@ while [ $# -gt 0 ]; do
   esac
 done
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
+. "$root/scripts/shifted_views.sh"
 mkdir -p "$folder/data"
 "$programs/sar_bench/sar_bench" scenes --seed 101:110 "$folder/scenes" -q > /dev/null
 "$programs/sar_bench/sar_bench" scenes --seed 121:126 "$folder/scenes" -q > /dev/null
@@ -49,38 +50,16 @@ data() {
   render "$@" --azimuth "$azimuths" --looks "$looks" -o "$folder/data/$name"
   render "$@" --azimuth "$unseen" -o "$folder/data/$name.truth"
 }
-# measured NAME SCENE DEPRESSION: as measured chips, 36 views of one look over a textured ground, whose poses are not exact. Each view
-# is cut where the sum of two harmonics of azimuth has it, 0.6 pixel (root mean square) along track and in range; neither is the
-# first, which would be a translation of the scene. The aim point is 1.2 m above the ground.
+# measured NAME SCENE DEPRESSION: as measured chips, 36 views of one look over a textured ground, whose poses are not exact: shifted by
+# 0.6 pixel (root mean square) along track and in range.
 measured() {
+  sets="$sets $folder/data/$1"
+  set -- "$1" "$2" "$3" --materials "$folder/materials.json" --ground meadow --size 112x128 --spacing 0.2 --resolution 0.3 --window taylor:-35
   name=$1 scene=$2 depression=$3
-  sets="$sets $folder/data/$name"
-  if [ -e "$folder/data/$name.done" ]; then return; fi
-  # View: from radar, along track h = (-cos a, 0, sin a), away from it k = (-sin p sin a, -cos p, -sin p cos a).
-  one() {
-    aim=$(awk -v a="$1" -v d="$depression" -v s=0.2 'BEGIN {
-      pi = atan2(0, -1); f = a * pi / 180; p = (90 - d) * pi / 180; sign = (a / 10) % 2 ? -1 : 1
-      along = s * (0.5 * cos(3 * f + 1) + 0.7 * sign * cos(5 * f)); range = s * (0.5 * sin(3 * f) + 0.7 * sign * cos(5 * f + 2))
-      printf "%.9f,%.9f,%.9f", -along * cos(f) - range * sin(p) * sin(f), 1.2 - range * cos(p), along * sin(f) - range * sin(p) * cos(f) }')
-    # shellcheck disable=SC2086
-    "$programs/sar_render/sar_render" "$scene" $common --looks 1 --seed $((1 + $1)) --azimuth "$1" --aim "$aim" \
-      -o "$folder/one" --overwrite > /dev/null
-  }
-  common="--materials $folder/materials.json --ground meadow --depression $depression --size 112x128 --spacing 0.2 --resolution 0.3
-    --window taylor:-35 -q"
-  # shellcheck disable=SC2086
-  {
-    "$programs/sar_render/sar_render" "$scene" $common --aim 0,1.2,0 --azimuth $many --looks 1 -o "$folder/data/$name" > /dev/null
-    "$programs/sar_render/sar_render" "$scene" $common --aim 0,1.2,0 --azimuth $unseen -o "$folder/data/$name.truth" > /dev/null
-  }
-  for view in $(seq 0 35); do
-    one $((10 * view))
-    mv "$folder/one.tif" "$folder/data/$name/images/view_$(printf %03d "$view").tif"
-  done
-  sed 's/"exact_poses": *true/"exact_poses": false/' "$folder/data/$name/dataset.json" > "$folder/one.json"
-  mv "$folder/one.json" "$folder/data/$name/dataset.json"
-  rm -f "$folder"/one.*
-  touch "$folder/data/$name.done"
+  shift 3
+  shifted_views 0.2 "$folder/data/$name" "$(seq -s ' ' 0 10 350)" "$depression" 1 "$scene" "$@"
+  "$programs/sar_render/sar_render" "$scene" "$@" --depression "$depression" --aim 0,1.2,0 --azimuth $unseen -q \
+    -o "$folder/data/$name.truth" > /dev/null
 }
 scene() { echo "$folder"/scenes/"$1"_*/scene.json; }
 

@@ -64,7 +64,7 @@ void write_table(const char* path) {
     if (std::string(part) != t.part) {
       part = t.part;
       file << (n > 0 ? "\n" : "") << "## " << part
-           << "\n\n| tried | reference | worst error | at the edge |\n|---|---|---|---|\n";
+           << "\n\n| tried | reference | worst error | result |\n|---|---|---|---|\n";
     }
     file << line_begin(t) << figure(errors()[n]) << ' ' << line_end(t) << '\n';
   }
