@@ -483,8 +483,8 @@ void run_ablation(int argc, char** argv, app::Console& console) {
     if (!out) throw Error(file.string() + " could not be written; is the disk full?");
     cells.push_back(cell);
     console.note(format("%zu/%zu %s, %s, seed %d: %.2f dB power, %.2f dB log amplitude, %.0f s", n + 1, missing.size(),
-                        cell.set.c_str(), (c.rule ? "without " + cell.rule : kAll).c_str(), cell.seed, cell.psnr_power_db, cell.psnr_log_amplitude_db,
-                        cell.seconds));
+                        cell.set.c_str(), (c.rule ? "without " + cell.rule : kAll).c_str(), cell.seed, cell.psnr_power_db,
+                        cell.psnr_log_amplitude_db, cell.seconds));
   }
   const std::string table = table_of(cells, o);
   write_file_atomically(o.output / "ablation.md", table);

@@ -197,8 +197,8 @@ std::string hint(const Job& job) {
 }
 
 /// Throws UsageError with what would fit: an image side, or a higher limit if not even the smallest image would.
-[[noreturn]] void refuse(const std::pair<int, int>& size, std::uint64_t fixed_bytes, std::uint64_t needed_bytes, std::uint64_t bytes_per_pixel,
-                         const MemoryLimit& limit, const std::string& hint) {
+[[noreturn]] void refuse(const std::pair<int, int>& size, std::uint64_t fixed_bytes, std::uint64_t needed_bytes,
+                         std::uint64_t bytes_per_pixel, const MemoryLimit& limit, const std::string& hint) {
   std::string advice;
   const double room = limit.bytes > fixed_bytes ? double(limit.bytes - fixed_bytes) / double(bytes_per_pixel) : 0.0;
   const auto side = static_cast<long>(std::floor(std::sqrt(std::min(room, kMostPixels))));
@@ -208,7 +208,8 @@ std::string hint(const Job& job) {
   } else {
     advice = "scene and program alone take about " + bytes_text(fixed_bytes) + ": raise the limit";
   }
-  throw UsageError("rendering " + size_text(size) + " pixels needs about " + bytes_text(needed_bytes) + ", " + limit.text() + "; " + advice + hint);
+  throw UsageError("rendering " + size_text(size) + " pixels needs about " + bytes_text(needed_bytes) + ", " + limit.text() +
+                   "; " + advice + hint);
 }
 
 /// Images must be readable after they are written, by these programs too.

@@ -252,6 +252,11 @@ TolerantView render(const Job& job, std::size_t n, const Monitor& monitor) {
   return render_to_tolerance(*job.built.engine, plan, *job.options.tolerance, monitor);
 }
 
+/// "the nearest range bin lies", "the nearest 3 range bins lie".
+std::string nearest_bins_lie(int n_bins) {
+  return n_bins == 1 ? "the nearest range bin lies" : "the nearest " + std::to_string(n_bins) + " range bins lie";
+}
+
 }  // namespace
 
 Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
@@ -291,7 +296,7 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
                                            job.reference_height_m, monitor) - job.border.range;
     image = without_border(std::move(image), job.border);
     if (n_without_noise > 0) {
-      products.warnings.push_back((n_without_noise == 1 ? "the nearest range bin lies" : "the nearest " + std::to_string(n_without_noise) + " range bins lie") +
+      products.warnings.push_back(nearest_bins_lie(n_without_noise) +
                                   " above the reference plane's nadir, where sigma0 and with "
                                   "it the noise level do not exist: no noise is there");
     }
@@ -307,7 +312,7 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
   const Stopwatch encoding;
   const int n_bins = calibrate(image, acquisition, job.reference_height_m, job.options.calibration);
   if (n_bins > 0) {
-    products.warnings.push_back((n_bins == 1 ? "the nearest range bin lies" : "the nearest " + std::to_string(n_bins) + " range bins lie") +
+    products.warnings.push_back(nearest_bins_lie(n_bins) +
                                 " above the reference plane's nadir, where " +
                                 std::string(name(job.options.calibration)) +
                                 " does not exist: its bins are 0");

@@ -323,8 +323,8 @@ std::string why_error_is_unknown(const ViewPlan& plan) {
   if (plan.fan.n_elevation == 0 || (n_rays >= kFewestForError && n_slices >= kFewestForError)) return {};
   const bool rays = n_rays < kFewestForError;
   return (rays ? counted(n_rays, "elevation ray") : counted(n_slices, "slice")) +
-         " across the scene" + ((rays ? n_rays : n_slices) == 1 ? " tells" : " tell") + " nothing of it, " + std::to_string(kFewestForError) +
-         " are needed (" + (rays ? "--elevations" : "--sub-rows") + ")";
+         " across the scene" + ((rays ? n_rays : n_slices) == 1 ? " gives" : " give") + " no estimate, " +
+         std::to_string(kFewestForError) + " are needed (" + (rays ? "--elevations" : "--sub-rows") + ")";
 }
 
 void request_layers(ViewPlan& plan, const LayerRequest& request) {

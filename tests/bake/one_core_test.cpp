@@ -108,8 +108,8 @@ TEST_CASE("voxel engine and learned grid render the same numbers alike") {
 
 namespace {
 
-/// A network's values at the places of a lattice, so many on a side of the cache's voxels; no extinction where its occupancy grid is empty. Brightness is that of one
-/// direction.
+/// A network's values at the places of a lattice, so many on a side of the cache's voxels; no extinction where its occupancy
+/// grid is empty. Brightness is that of one direction.
 Volume lattice_of(const MlpField& field, int per_voxel, const glm::dvec3& direction) {
   const Box box_m = field.occupied_box_m();
   const double spacing_m = field.voxel_size_m() / per_voxel;

@@ -95,6 +95,6 @@ TEST_CASE("an error that cannot be estimated is said to be so, and null in the r
   const Outcome slices = folder.run({"box.obj", "--pitch", "50", "--size", "4x48", "--spacing", "0.15", "--sub-rows", "1", "-o", "rows"});
   CHECK(has(slices.err, "6 are needed (--sub-rows)"));
   const Outcome plan = folder.run(with({"--elevations", "1", "--dry-run"}));
-  CHECK(has(plan.out, "the error estimate: 1 elevation ray across the scene tells"));
+  CHECK(has(plan.out, "the error estimate: 1 elevation ray across the scene gives"));
   CHECK(folder.run(with({"--elevations", "6", "-o", "six"})).err.find("cannot be estimated") == std::string::npos);
 }

@@ -67,11 +67,11 @@ TEST_CASE("a run's configuration holds what the scene and its comparison were to
   const SmallScene scene;
   scene.write_dataset("test", 24, 0.0);
   const Outcome told = scene.train({"data", "-o", "run", "--steps", "2", "--against", "test", "--despeckle", "60",
-                                    "--ground-height", "-1.25", "--scene-height", "2.5"});
+                                    "--register", "on", "--ground-height", "-1.25", "--scene-height", "2.5"});
   INFO(told.err);
   REQUIRE(told.code == 0);
   const std::string config = read_text(scene / "run/config.toml");
-  for (const char* line : {"despeckle = \"60.0\"", "ground-height = \"-1.25\"", "scene-height = \"2.5\""})
+  for (const char* line : {"despeckle = \"60.0\"", "register = \"on\"", "ground-height = \"-1.25\"", "scene-height = \"2.5\""})
     CHECK(config.find(line) != std::string::npos);
   CHECK(sarnerf::read_model(scene / "run/model.pt").info.scene_box_m.min.y == -1.25);
   REQUIRE(scene.train({"--config", "run/config.toml", "-o", "again"}).code == 0);

@@ -176,7 +176,8 @@ TEST_CASE("files that round map coordinates are told of", "[meshes]") {
 TEST_CASE("materials beyond single precision are refused", "[meshes]") {
   const ScratchFolder folder;
   const auto refusal = [&](const std::string& material) {
-    const auto file = folder.write("materials.json", "{\"format\":\"sarnerf-materials\",\"version\":1,\"materials\":{\"default\":" + material + "}}");
+    const auto file = folder.write("materials.json", R"({"format":"sarnerf-materials","version":1,"materials":{"default":)" +
+                                                         material + "}}");
     return message_of<InputError>([&] { (void)MaterialLibrary().add_file(file); });
   };
   CHECK(refusal(R"({"extinction_per_m":1e30,"scattering_per_m":1e30})").empty());

@@ -120,9 +120,10 @@ struct GroundEstimate {
 ///
 ///     V(h) = ⟨[(Σ_v r_v)² − Σ_v r_v²] / [n (n − 1)]⟩_cells
 ///
-/// At the true height it is the variance of the ground's texture; it falls off evenly to both sides. The best height is accepted if V exceeds its value
-/// at the bottom of the box by `height_significance` standard deviations of V under independent speckle. A parabola through its
-/// neighbours refines it. (A measured chip is centred on a target, not on the ground.)
+/// At the true height it is the variance of the ground's texture; it falls off evenly to both sides. The best height is
+/// accepted if V exceeds its value at the bottom of the box by `height_significance` standard deviations of V under
+/// independent speckle. A parabola through its neighbours refines it. (A measured chip is centred on a target, not on the
+/// ground.)
 ///
 /// Returns nothing if images have no background or are too few or too small, if less than `least_ground_fraction` of their
 /// pixels is ground, or if they have no speckle and deviate from the plane by `most_deviation` or more.

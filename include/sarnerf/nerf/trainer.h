@@ -26,8 +26,8 @@ struct TrainerOptions {
   double longest_segment = 1.0;
   double end_depth = 6.0;      ///< two-way optical depth at which a ray ends: 0.25 % of its power lies behind
   double final_rate = 0.02;    ///< learning rates fall exponentially to this share, less far in under 100 steps
-  /// Over a level ground, clean or speckled: what part of a pixel's power, and of the ground's mean, the field is expected to miss
-  /// (standard deviation). Speckle comes on top (E8). 0: squares of power, as without a ground.
+  /// Over a level ground, clean or speckled: what part of a pixel's power, and of the ground's mean, the field is expected to
+  /// miss (standard deviation). Speckle comes on top (E8). 0: squares of power, as without a ground.
   double misfit = 0.1;
   /// How often views' shifts and gains are learned, in the first three fifths of the training; 0 where poses are exact.
   int n_registrations = 0;
@@ -38,8 +38,8 @@ struct TrainerOptions {
 enum class Schedule { steps, clock };
 
 /// The options that suit a set of images: voxels of two thirds of a range bin. `surfaces`: whether the field `grid` is to
-/// become opaque, so that surfaces can be taken from it. Default: yes with 36 or more images without a background whose incidences
-/// differ by more than 5°.
+/// become opaque, so that surfaces can be taken from it. Default: yes with 36 or more images without a background whose
+/// incidences differ by more than 5°.
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
                                std::optional<bool> surfaces = std::nullopt);
 
@@ -63,10 +63,10 @@ struct StepReport {
   std::string field_size;   ///< LearnedField::size_text()
 };
 
-/// Learns a field from images, step by step, by Adam and the native adjoints. The loss (docs/method/equations.md, E8) is a sum over the
-/// pixels of azimuth rows of many views: of squares of errors of power where images show no ground (printed eq. 31), and of errors in
-/// units of their standard deviation over a level ground, through the impulse response where that is part of speckled views.
-/// The same seed and number of threads give the same bits; so does going on from a checkpoint.
+/// Learns a field from images, step by step, by Adam and the native adjoints. The loss (docs/method/equations.md, E8) is a
+/// sum over the pixels of azimuth rows of many views: of squares of errors of power where images show no ground (printed eq.
+/// 31), and of errors in units of their standard deviation over a level ground, through the impulse response where that is
+/// part of speckled views. The same seed and number of threads give the same bits; so does going on from a checkpoint.
 class Trainer {
  public:
   /// Carves and initialises the field. Throws UsageError for impossible options, and InputError where nothing of the

@@ -148,7 +148,8 @@ std::shared_ptr<const LevelGround> ground_of(const Archive& archive, const std::
   ground->incidence_rad = member<std::vector<double>>(text, "incidence_rad", where);
   ground->gain = member<std::vector<double>>(text, "gain", where);
   require(texture.numel() > 0 && texture.isfinite().all().item<bool>(), "the ground's texture is empty or not finite");
-  require(first_m.size() == 2 && ground->cell_m > 0.0 && std::isfinite(ground->height_m), "the ground's first cell, cell size or height is missing or not finite");
+  require(first_m.size() == 2 && ground->cell_m > 0.0 && std::isfinite(ground->height_m),
+          "the ground's first cell, cell size or height is missing or not finite");
   require(!ground->gain.empty() && ground->gain.size() == ground->incidence_rad.size() &&
               std::is_sorted(ground->incidence_rad.begin(), ground->incidence_rad.end()),
           "the ground's gains do not belong to its incidences");

@@ -174,8 +174,8 @@ struct TorchPass : torch::CustomClassHolder {
   }
 };
 
-/// A batch whose activations are too large to keep: evaluated a few samples at a time, and again by the backward pass, which leaves
-/// out samples without a gradient.
+/// A batch whose activations are too large to keep: evaluated a few samples at a time, and again by the backward pass, which
+/// leaves out samples without a gradient.
 struct TorchMlp : torch::autograd::Function<TorchMlp> {
   static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& parameters,
                                                 const c10::intrusive_ptr<TorchPass>& pass) {

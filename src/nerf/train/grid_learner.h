@@ -20,11 +20,11 @@ std::vector<RowReference> rows_that_see(const TrainingSet& set, const Box& box_m
 /// Translucent voxels wherever carving left any, with a brightness in units of the images' (TrainingSet::bright).
 GridField initial_grid_field(const TrainingSet& set, const GridOptions& options, const Monitor& monitor = {});
 
-/// Adam (Kingma and Ba 2015, algorithm 1) for a GridField's parameters, in one pass over them. Voxels whose
-/// gradient is exactly 0 (no ray of the batch met them) keep their parameters and moments: where few rows pass, the ratio of an
-/// old mean to an old square would continue to move them at the full rate. Bias correction counts all steps. β₁ = 0.9; β₂ = 0.99, since rows are few and differ from one another;
-/// ε is negligible (1e-15), since gradients are small. Weight decay is decoupled from the gradients (Loshchilov and
-/// Hutter 2019).
+/// Adam (Kingma and Ba 2015, algorithm 1) for a GridField's parameters, in one pass over them. Voxels whose gradient is
+/// exactly 0 (no ray of the batch met them) keep their parameters and moments: where few rows pass, the ratio of an old mean
+/// to an old square would continue to move them at the full rate. Bias correction counts all steps. β₁ = 0.9; β₂ = 0.99,
+/// since rows are few and differ from one another; ε is negligible (1e-15), since gradients are small. Weight decay is
+/// decoupled from the gradients (Loshchilov and Hutter 2019).
 class VoxelAdam {
  public:
   explicit VoxelAdam(const GridField& field);

@@ -28,7 +28,8 @@ namespace sarnerf {
 ///
 ///     d² = relative² sg(μ)² + absolute²        sg(μ): max(0, μ), held constant
 ///
-/// relative = 0 is printed eq. 31 in units of `absolute`. Else, with d = sg(μ) + ε instead, it is RawNeRF's (Mildenhall et al. 2022).
+/// relative = 0 is printed eq. 31 in units of `absolute`. Else, with d = sg(μ) + ε instead, it is RawNeRF's (Mildenhall et
+/// al. 2022).
 struct PixelLoss {
   double relative = 0.0;  ///< standard deviation of an error, as a fraction of μ
   double absolute = 1.0;  ///< the same where nothing is rendered, a power
@@ -80,9 +81,9 @@ struct DataLoss {
 ///
 ///     value = Σ [(B f − I) / d]²,      ∂ value / ∂ f = Bᵀ [2 e / d]
 ///
-/// Rows of f are rendered a few at a time. Other rows of a view keep their values from the step that rendered them last; until then
-/// they show the bare ground, as pixels do that no voxel can change. Cost through a response: the batch's rows times a matrix of the image's size for each axis, and
-/// the pixels of all their views.
+/// Rows of f are rendered a few at a time. Other rows of a view keep their values from the step that rendered them last;
+/// until then they show the bare ground, as pixels do that no voxel can change. Cost through a response: the batch's rows
+/// times a matrix of the image's size for each axis, and the pixels of all their views.
 class DataTerm {
  public:
   /// Through the set's impulse response where the images are not deconvolved. `set` is not kept. Throws UsageError where a
@@ -91,14 +92,15 @@ class DataTerm {
 
   const PixelLoss& pixel() const { return pixel_; }
 
-  /// After gains, shifts or ground of the views have changed, or the field's occupied space. Of f, what the rows `rows` show in their
-  /// view's window is kept, and the rest is the ground: no voxel can change it.
+  /// After gains, shifts or ground of the views have changed, or the field's occupied space. Of f, what the rows `rows` show
+  /// in their view's window is kept, and the rest is the ground: no voxel can change it.
   void update(const TrainingSet& set, std::span<const RowReference> rows, std::span<const LayoverShadowWindow> windows);
 
   /// `rendered`: pixels of the batch's rows as the field has them, [n] float32.
   DataLoss of(const RowBatch& batch, const torch::Tensor& rendered);
 
-  /// Rows that were rendered last, under "rendered_rows" and "seen_rows", where there is a response; and back. Throws CheckpointError.
+  /// Rows that were rendered last, under "rendered_rows" and "seen_rows", where there is a response; and back. Throws
+  /// CheckpointError.
   void save(Archive& archive) const;
   void restore(const Archive& archive, const std::string& where);
 
@@ -115,10 +117,10 @@ class DataTerm {
   std::vector<View> views_;  ///< with a response only
 };
 
-/// Detects divergence. It compares mean square errors of power, whichever the loss is: an error over its standard deviation stays
-/// below 1 / relative, however bright the field is. The field has diverged if its error is a thousand times the least so far, and ten
-/// times the sum of the mean squares of all training pixels and of the batch's. (A batch may show almost nothing, so that the least
-/// error is near 0: the second comparison then decides.)
+/// Detects divergence. It compares mean square errors of power, whichever the loss is: an error over its standard deviation
+/// stays below 1 / relative, however bright the field is. The field has diverged if its error is a thousand times the least
+/// so far, and ten times the sum of the mean squares of all training pixels and of the batch's. (A batch may show almost
+/// nothing, so that the least error is near 0: the second comparison then decides.)
 class DivergenceGuard {
  public:
   explicit DivergenceGuard(const TrainingSet& set);

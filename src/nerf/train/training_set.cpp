@@ -42,8 +42,8 @@ double ground_swath_m(const std::vector<PosedImage>& images) {
 /// Level of an impulse response's tails, as a fraction of the peak. They reach everywhere, also where the scene is empty.
 constexpr float kTail = 1e-4f;
 
-/// Whether four fifths of the pixels are tails. Without a weighting window, sidelobes above −40 dB cover more than a fifth of an image.
-/// Carving then removes too little: starting with opaque voxels in the rest was measured to fail.
+/// Whether four fifths of the pixels are tails. Without a weighting window, sidelobes above −40 dB cover more than a fifth of
+/// an image. Carving then removes too little: starting with opaque voxels in the rest was measured to fail.
 bool is_mostly_tails(const std::vector<PosedImage>& images, float peak) {
   std::size_t n_dark = 0, n = 0;
   for (const PosedImage& image : images) {

@@ -10,8 +10,9 @@
 
 namespace sarnerf {
 
-/// mlp_forward() by LibTorch. Layers of more than one output are products of numbers of `hidden_type`; the encoding and the two heads
-/// are of the parameters' type. Where the activations that the gradient needs exceed `most_kept_bytes` they are computed again.
+/// mlp_forward() by LibTorch. Layers of more than one output are products of numbers of `hidden_type`; the encoding and the
+/// two heads are of the parameters' type. Where the activations that the gradient needs exceed `most_kept_bytes` they are
+/// computed again.
 MlpOutput mlp_forward_torch(const MlpNetwork& network, std::span<const glm::vec3> point_m,
                             std::span<const glm::vec3> ray_direction, std::span<const std::uint32_t> ray_begin,
                             torch::ScalarType hidden_type, double most_kept_bytes);
