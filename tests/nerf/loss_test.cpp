@@ -141,6 +141,12 @@ TEST_CASE("the gradient through a response agrees with central differences of th
   }
 }
 
+TEST_CASE("rows come in blocks where a response mixes neighbours") {
+  CHECK(DataTerm(small_set(4), {0.0, 0.25}).rows_of_a_block() == 1);
+  CHECK(DataTerm(speckled_ground(), {1.0, 1.0}).rows_of_a_block() == 1);
+  CHECK(DataTerm(speckled_ground(kGroundResolution), {1.0, 1.0}).rows_of_a_block() >= 8);
+}
+
 TEST_CASE("a row that comes twice has the gradient of its later rendering") {
   const TrainingSet set = speckled_ground(kGroundResolution);
   const PixelLoss pixel{1.0, 1e5};

@@ -91,6 +91,9 @@ class DataTerm {
   DataTerm(const TrainingSet& set, const PixelLoss& pixel);
 
   const PixelLoss& pixel() const { return pixel_; }
+  /// Neighbouring rows that a batch should have together: 1, or through a response so many that most of them have all the rows in
+  /// it that the response mixes with them. Rows of other batches have old values.
+  std::uint32_t rows_of_a_block() const { return rows_of_a_block_; }
 
   /// After gains, shifts or ground of the views have changed, or the field's occupied space. Of f, what the rows `rows` show
   /// in their view's window is kept, and the rest is the ground: no voxel can change it.
@@ -114,6 +117,7 @@ class DataTerm {
   DataLoss through_response(const RowBatch& batch, const float* rendered);
 
   PixelLoss pixel_;
+  std::uint32_t rows_of_a_block_ = 1;
   std::vector<View> views_;  ///< with a response only
 };
 

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <span>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "files/archives.h"
@@ -19,7 +21,7 @@
 
 namespace sarnerf {
 
-/// Azimuth rows of all views in random order: each comes once before any comes again.
+/// Azimuth rows of all views in random order, in blocks of neighbours of one view: each comes once before any comes again.
 class RowQueue {
  public:
   struct Draw {
@@ -28,8 +30,8 @@ class RowQueue {
   };
 
   RowQueue() = default;
-  /// Empty until keep_rows_that_see().
-  explicit RowQueue(std::uint64_t seed) : random_(seed) {}
+  /// Empty until keep_rows_that_see(). `block` is the number of rows of a block.
+  RowQueue(std::uint64_t seed, std::uint32_t block) : random_(seed), block_(block) {}
 
   /// Restarts with the rows that see the field's occupied voxels.
   void keep_rows_that_see(const TrainingSet& set, const LearnedField& field);
@@ -49,6 +51,7 @@ class RowQueue {
 
  private:
   std::mt19937_64 random_;
+  std::uint32_t block_ = 1;
   std::vector<RowReference> rows_;
   std::size_t next_ = 0;
 };
@@ -59,9 +62,29 @@ namespace {
 double unit_random(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 
 /// Fisher and Yates; std::shuffle differs from library to library.
-void shuffle(std::vector<RowReference>& rows, std::mt19937_64& random) {
-  for (std::size_t n = rows.size(); n > 1; --n)
-    std::swap(rows[n - 1], rows[static_cast<std::size_t>(unit_random(random) * static_cast<double>(n))]);
+template <class T>
+void shuffle(std::vector<T>& items, std::mt19937_64& random) {
+  for (std::size_t n = items.size(); n > 1; --n)
+    std::swap(items[n - 1], items[static_cast<std::size_t>(unit_random(random) * static_cast<double>(n))]);
+}
+
+/// Puts blocks of neighbouring rows in random order. Where blocks begin is random, too: no row is at their ends more often
+/// than others.
+void shuffle_blocks(std::vector<RowReference>& rows, std::uint32_t block, std::mt19937_64& random) {
+  if (block == 1) return shuffle(rows, random);
+  const auto offset = static_cast<std::uint32_t>(unit_random(random) * block);
+  const auto block_of = [&](const RowReference& r) { return (r.row + offset) / block; };
+  std::ranges::sort(rows, {}, [](const RowReference& r) { return std::pair(r.view, r.row); });
+  std::vector<std::span<const RowReference>> blocks;
+  for (std::size_t first = 0, end; first < rows.size(); first = end) {
+    const auto in_block = [&](const RowReference& r) { return r.view == rows[first].view && block_of(r) == block_of(rows[first]); };
+    for (end = first + 1; end < rows.size() && in_block(rows[end]);) ++end;
+    blocks.push_back(std::span(rows).subspan(first, end - first));
+  }
+  shuffle(blocks, random);
+  std::vector<RowReference> shuffled;
+  for (const auto& b : blocks) shuffled.insert(shuffled.end(), b.begin(), b.end());
+  rows = std::move(shuffled);
 }
 
 }  // namespace
@@ -73,7 +96,7 @@ void RowQueue::keep_rows_that_see(const TrainingSet& set, const LearnedField& fi
 
 RowQueue::Draw RowQueue::next() {
   if (next_ == rows_.size()) {
-    shuffle(rows_, random_);
+    shuffle_blocks(rows_, block_, random_);
     next_ = 0;
   }
   const RowReference row = rows_[next_++];
@@ -140,7 +163,8 @@ struct Trainer::State {
 
   State(TrainingSet images, const TrainerOptions& how, const Monitor& monitor)
       : set(std::move(images)), options(how), learner(make_learner(set, options, monitor)),
-        data_term(set, pixel_loss(set, options)), guard(set), queue(options.seed),
+        data_term(set, pixel_loss(set, options)), guard(set),
+        queue(options.seed, data_term.rows_of_a_block()),
         registration(options.n_registrations) {}
 
   /// Updates what depends on the views' shifts and gains.
