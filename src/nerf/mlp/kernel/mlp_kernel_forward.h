@@ -210,7 +210,7 @@ inline void pack_layer(const MlpKernelLayer& layer, const float* parameters, cha
 }  // namespace
 }  // namespace sarnerf
 
-/// The forward pass of a block of samples. Included after mlp_tiles_amx.h or mlp_tiles_avx512.h. Internal linkage:
+/// The forward pass of a block of samples. Included after mlp_tiles_amx.h. Internal linkage:
 /// see mlp_kernel.h.
 namespace sarnerf {
 namespace {
