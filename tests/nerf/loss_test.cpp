@@ -147,6 +147,35 @@ TEST_CASE("rows come in blocks where a response mixes neighbours") {
   CHECK(DataTerm(speckled_ground(kGroundResolution), {1.0, 1.0}).rows_of_a_block() >= 8);
 }
 
+TEST_CASE("rows beside rows that were not rendered do not count") {
+  const TrainingSet set = speckled_ground(kGroundResolution);
+  const PixelLoss pixel{1.0, 1e5};
+  const int n_azimuth = set.images[2].power.n_azimuth(), n_range = set.images[2].power.n_range();
+  std::vector<RowReference> all, block;
+  for (std::uint32_t row = 0; row < static_cast<std::uint32_t>(n_azimuth); ++row) all.push_back({2, row});
+  // Eight times as many rows as the response mixes with a row to either side.
+  const std::uint32_t n_block = DataTerm(set, pixel).rows_of_a_block();
+  for (std::uint32_t row = 20; row < 20 + n_block; ++row) block.push_back({2, row});
+  REQUIRE(20 + n_block < static_cast<std::uint32_t>(n_azimuth));
+  const std::vector<LayoverShadowWindow> windows(set.images.size(), {0.0, 0.0, 0, n_range});
+  const RowBatch batch = batch_of(set, block);
+  const torch::Tensor at = random_pixels(batch.image.size(), 9);
+  const auto loss_at = [&](const torch::Tensor& pixels) {
+    DataTerm term(set, pixel);
+    term.update(set, all, windows);
+    return term.of(batch, pixels);
+  };
+  const DataLoss loss = loss_at(at);
+  // At either end of the block, rows have neighbours of before.
+  CHECK(loss.n_pixels == 6 * n_block / 8 * static_cast<std::size_t>(n_range));
+  for (const std::int64_t n : {std::int64_t{40}, std::int64_t{3} * n_range + 40}) {
+    torch::Tensor above = at.clone(), below = at.clone();
+    above[n] += 0.5;
+    below[n] -= 0.5;
+    CHECK(loss_at(above).value - loss_at(below).value == Approx(loss.gradient[n].item<double>()).epsilon(5e-3));
+  }
+}
+
 TEST_CASE("a row that comes twice has the gradient of its later rendering") {
   const TrainingSet set = speckled_ground(kGroundResolution);
   const PixelLoss pixel{1.0, 1e5};

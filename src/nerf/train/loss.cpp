@@ -71,7 +71,7 @@ DataTerm::DataTerm(const TrainingSet& set, const PixelLoss& pixel) : pixel_(pixe
     const ResponseMatrix& m = *matrices[v];
     rows_of_a_block_ = std::max(rows_of_a_block_, static_cast<std::uint32_t>(kBlockOfBorders * m.border.azimuth));
     views_.push_back({m.azimuth.narrow(1, m.border.azimuth, image.power.n_azimuth()),
-                      m.range.narrow(0, m.border.range, image.power.n_range()), {}, {}, {}});
+                      m.range.narrow(0, m.border.range, image.power.n_range()), {}, {}, {}, m.border.azimuth, {}});
   }
   update(set, {}, {});
 }
@@ -84,9 +84,11 @@ void DataTerm::update(const TrainingSet& set, std::span<const RowReference> rows
     const PosedImage& image = set.images[v];
     before.push_back(std::exchange(views_[v].rendered, tensor_of(ground_image(*set.ground->plane, image.acquisition))));
     level.push_back(views_[v].rendered.mean().item<float>());
+    views_[v].learned.assign(static_cast<std::size_t>(image.power.n_azimuth()), 0);
     views_[v].image = tensor_of(image.power);
   }
   for (const RowReference& r : rows) {
+    views_[r.view].learned[r.row] = 1;
     const LayoverShadowWindow& w = windows[r.view];
     const auto row = [&](const torch::Tensor& view) {
       return view.select(0, r.row).slice(0, w.first_bin, std::max(w.first_bin, w.end_bin));
@@ -124,9 +126,23 @@ struct RowsOfView {
   std::vector<std::int64_t> rows;
   std::vector<std::size_t> first_pixel;  ///< of each, in the batch
   torch::Tensor azimuth;                 ///< their rows of A, [n_rows, n_azimuth]
-  torch::Tensor gradient;                ///< 2 e / d of the whole view
+  torch::Tensor gradient;                ///< 2 e / d of the whole view, 0 in rows that do not count
   DataLoss loss;
 };
+
+/// 1 for rows of a view whose neighbours within the border are in the batch or cannot change.
+std::vector<std::uint8_t> counted_rows(const std::vector<std::uint8_t>& learned, const std::vector<std::int64_t>& batch, int border) {
+  std::vector<std::uint8_t> old = learned;
+  for (const std::int64_t row : batch) old[static_cast<std::size_t>(row)] = 0;
+  std::vector<std::uint8_t> counted(old.size(), 1);
+  const auto n = static_cast<int>(old.size());
+  for (int row = 0; row < n; ++row) {
+    if (old[static_cast<std::size_t>(row)] == 0) continue;
+    for (int near = std::max(0, row - border); near <= std::min(n - 1, row + border); ++near)
+      counted[static_cast<std::size_t>(near)] = 0;
+  }
+  return counted;
+}
 
 }  // namespace
 
@@ -166,7 +182,13 @@ DataLoss DataTerm::through_response(const RowBatch& batch, const float* rendered
       const float* const mu = view->seen.data_ptr<float>();
       const float* const image = view->image.data_ptr<float>();
       float* const gradient = part->gradient.data_ptr<float>();
-      for (std::int64_t p = 0; p < view->seen.numel(); ++p) gradient[p] = add_pixel(part->loss, pixel_, mu[p], image[p]);
+      const std::int64_t n_range = view->seen.size(1);
+      const std::vector<std::uint8_t> counted = counted_rows(view->learned, part->rows, view->border);
+      for (std::int64_t row = 0; row < view->seen.size(0); ++row) {
+        const bool counts = counted[static_cast<std::size_t>(row)] != 0;
+        for (std::int64_t p = row * n_range; p < (row + 1) * n_range; ++p)
+          gradient[p] = counts ? add_pixel(part->loss, pixel_, mu[p], image[p]) : 0.0f;
+      }
     }
   });
   DataLoss loss;

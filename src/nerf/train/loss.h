@@ -76,10 +76,13 @@ struct DataLoss {
 /// The data term, of single rows or through an impulse response.
 ///
 /// Deconvolved images (train/response.h) are learned row by row. Speckle cannot be deconvolved. There the response B is a part of
-/// the model, μ = B f with f what the field renders, and the value is that of all pixels of the views that have rows in the
+/// the model, μ = B f with f what the field renders, and the value is that of the views that have rows in the
 /// batch:
 ///
 ///     value = Σ [(B f − I) / d]²,      ∂ value / ∂ f = Bᵀ [2 e / d]
+///
+/// over the rows of these views whose neighbours, as far as the response reaches, are all rendered in this batch or never change.
+/// (Counting rows beside old ones makes a field too bright: it makes up for neighbours that are not there yet.)
 ///
 /// Rows of f are rendered a few at a time. Other rows of a view keep their values from the step that rendered them last;
 /// until then they show the bare ground, as pixels do that no voxel can change. Cost through a response: the batch's rows
@@ -112,6 +115,8 @@ class DataTerm {
     torch::Tensor azimuth, range;  ///< A [n_azimuth, n_azimuth] and R [n_range, n_range], symmetric: B f = A f R
     torch::Tensor image, rendered;  ///< I and f
     torch::Tensor seen;             ///< B f, kept up to date as rows of f change
+    int border = 0;                 ///< rows within which the response has all but 1 % of its energy
+    std::vector<std::uint8_t> learned;  ///< of each row: 1 if voxels can change it
   };
   DataLoss of_rows(const RowBatch& batch, const float* rendered) const;
   DataLoss through_response(const RowBatch& batch, const float* rendered);
