@@ -17,9 +17,6 @@ namespace sarnerf {
 
 namespace {
 
-/// Points that are evaluated at a time without gradients: bounds the memory of the plain kernel.
-constexpr std::size_t kPointsAtATime = 1 << 14;
-
 /// Period of the encoding's finest wave, in range bins. Twice as many frequencies learn half as fast, and fit details that
 /// the images do not determine: 38.9 dB instead of 41.9 after half a minute with the authors' 10 frequencies.
 constexpr double kFinestPeriod_bins = 1.5;
@@ -69,16 +66,9 @@ void MlpField::refresh(double least_depth) {
   const torch::NoGradGuard no_grad;
   const std::vector<glm::vec3> points = cache_.points_m();
   const glm::vec3 direction(0.0f, -1.0f, 0.0f);  // κ does not depend on it
-  std::vector<float> extinction(points.size());
-  for (std::size_t first = 0; first < points.size(); first += kPointsAtATime) {
-    const auto some =
-        std::span(points).subspan(first, std::min(kPointsAtATime, points.size() - first));
-    const std::uint32_t ray_begin[] = {0, static_cast<std::uint32_t>(some.size())};
-    const torch::Tensor kappa =
-        evaluate(some, {&direction, 1}, ray_begin).extinction_per_m.to(torch::kFloat).contiguous();
-    std::copy_n(kappa.data_ptr<float>(), some.size(), &extinction[first]);
-  }
-  cache_.refresh(extinction, least_depth);
+  const std::uint32_t ray_begin[] = {0, static_cast<std::uint32_t>(points.size())};
+  const torch::Tensor kappa = evaluate(points, {&direction, 1}, ray_begin).extinction_per_m.to(torch::kFloat).contiguous();
+  cache_.refresh({kappa.data_ptr<float>(), points.size()}, least_depth);
 }
 
 void MlpField::restore_cache(std::span<const float> extinction_per_m, double least_depth) {
