@@ -7,8 +7,8 @@ usage() {
   cat <<USAGE
 Usage: scripts/response_table.sh [--folder FOLDER] [VEHICLE[:SCALE]]
 Renders a vehicle (a depression of 30 degrees, pixels of 0.2 m) with several impulse responses and two solids of data/ (45 degrees,
-0.3 m), learns each from 36 views, and compares 24 unseen azimuths with their images, and views with --resolution none with the
-scene's sharp ones, beside the best baseline (Markdown). Data and runs stay in FOLDER.
+0.3 m), learns each from 36 views, also with --resolution none, as if the response were not known, and compares 24 unseen
+azimuths with their images, beside the best baseline (Markdown). Data and runs stay in FOLDER.
   --folder FOLDER  (default build/response_table)
   VEHICLE          default: data/truck.obj
 USAGE
@@ -42,19 +42,18 @@ learn() {
   {
     "$programs/sar_render/sar_render" "$scene" "$@" $formation --azimuth 0:350:10 -q -o "$data" > /dev/null
     "$programs/sar_render/sar_render" "$scene" "$@" $formation --azimuth 7.5:352.5:15 -q -o "$data.truth" > /dev/null
-    "$programs/sar_render/sar_render" "$scene" "$@" --azimuth 7.5:352.5:15 -q -o "$data.sharp" > /dev/null
   }
   "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$data.truth" -q -o "$data.run" > /dev/null
-  sharp=
+  unknown=
   if [ "$response" != none ]; then
-    "$programs/sar_nerf_render/sar_nerf_render" "$data.run" --against "$data.sharp" --resolution none --overwrite \
-      -o "$data.scores" > "$data.sharp.md" 2> "$data.sharp.log"
-    sharp=$(awk -F '|' '/^\| SAR-NeRF/ { gsub(/ /, "", $3); print $3; exit }' "$data.sharp.md")
+    "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$data.truth" --resolution none -q -o "$data.unknown" > /dev/null
+    unknown=$(model_and_best "$data.unknown/report.json" evaluation psnr_power_db)
+    unknown=${unknown% | *}
   fi
   report=$data.run/report.json
-  # The best baseline stands behind the model in each cell pair; the sharp view's score comes between them.
+  # The best baseline stands behind the model in each cell pair; the score without the response comes between them.
   pair=$(model_and_best "$report" evaluation psnr_power_db)
-  echo "| $name | $response | ${pair% | *} | $sharp | ${pair#* | } | $(printf '%.1f' "$(training_seconds "$report")") |"
+  echo "| $name | $response | ${pair% | *} | $unknown | ${pair#* | } | $(printf '%.1f' "$(training_seconds "$report")") |"
 }
 
 echo "| scene | response (m) | power (dB) | with --resolution none (dB) | best baseline (dB) | training (s) |"
