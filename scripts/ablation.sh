@@ -6,8 +6,8 @@ set -eu
 usage() {
   cat <<USAGE
 Usage: scripts/ablation.sh [--folder FOLDER] [--spot FILE] [--data] [OPTIONS of sar_bench ablation...]
-Renders generated scenes (seeds 101 to 110, 121 to 126, 131 to 135, 141 to 145; spot where its mesh is given), each in one configuration, and leaves
-out each rule and prior of learning alone (sar_bench ablation). What is there is not made again. FOLDER/result has the cells
+Renders generated scenes (seeds 101 to 110, 121 to 126, 131 to 135, 141 to 145, 151 to 156; spot where its mesh is given), each in one
+configuration, and leaves out each rule and prior of learning alone (sar_bench ablation). What is there is not made again. FOLDER/result has the cells
 (cells.jsonl) and the table (ablation.md).
   --folder FOLDER  (default build/ablation)
   --spot FILE      spot.obj, 1.7 m long as published; rendered 6 times as large
@@ -35,6 +35,7 @@ mkdir -p "$folder/data"
 "$programs/sar_bench/sar_bench" scenes --seed 121:126 "$folder/scenes" -q > /dev/null
 "$programs/sar_bench/sar_bench" scenes --seed 131:135 "$folder/scenes" -q > /dev/null
 "$programs/sar_bench/sar_bench" scenes --seed 141:145 "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 151:156 "$folder/scenes" -q > /dev/null
 
 # Azimuths of 12 and 36 training views, and those that judge.
 few=0:330:30 many=0:350:10 unseen=7.3:337.3:30
@@ -60,6 +61,15 @@ measured() {
   shifted_views 0.2 "$folder/data/$name" "$(seq -s ' ' 0 10 350)" "$depression" 1 "$scene" "$@"
   "$programs/sar_render/sar_render" "$scene" "$@" --depression "$depression" --aim 0,1.2,0 --azimuth $unseen -q \
     -o "$folder/data/$name.truth" > /dev/null
+}
+# between NAME SCENE PITCHES PITCHES_UNSEEN: clean, 24 azimuths of each pitch; judged at pitches between these.
+between() {
+  sets="$sets $folder/data/$1"
+  view="--size 96x96 --spacing 0.3 -q"
+  # shellcheck disable=SC2086
+  "$programs/sar_render/sar_render" "$2" --pitch "$3" --azimuth 0:345:15 $view -o "$folder/data/$1" > /dev/null
+  # shellcheck disable=SC2086
+  "$programs/sar_render/sar_render" "$2" --pitch "$4" --azimuth "$unseen" $view -o "$folder/data/$1.truth" > /dev/null
 }
 scene() { echo "$folder"/scenes/"$1"_*/scene.json; }
 
@@ -91,6 +101,8 @@ response="--resolution 0.4 --window taylor:-35"
   data 125 "$(scene 125)" $many 60 4 $meadow
   data 126 "$(scene 126)" $many 60 4 $meadow $response
   for seed in 131 132 133 134 135; do measured $seed "$(scene $seed)" 25; done
+  # Many directions.
+  for seed in 151 152 153 154 155 156; do between $seed "$(scene $seed)" 35:55:4 37,45,53; done
   # Too few views to estimate a ground.
   for seed in 141 142 143 144 145; do data $seed "$(scene $seed)" 0:288:72 45 inf $meadow; done
 }

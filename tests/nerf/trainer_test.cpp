@@ -183,6 +183,21 @@ TEST_CASE("sets at the edge are learned without harm") {
   }
 }
 
+TEST_CASE("many directions call for harmonics of degree 2 and opaque matter") {
+  const auto options = [](int n_views, double steeper_rad, bool background) {
+    TrainingSet set = small_set(n_views);
+    set.images.front().acquisition.incidence_rad += steeper_rad;
+    set.background = background;
+    return default_options(set, "grid").grid;
+  };
+  CHECK(options(36, 0.1, false).harmonics_degree == 2);
+  CHECK(options(36, 0.1, false).brightness_decay > 0.0);
+  for (const GridOptions& few : {options(35, 0.1, false), options(36, 0.08, false), options(36, 0.1, true)}) {
+    CHECK(few.harmonics_degree == 1);
+    CHECK(few.brightness_decay == 0.0);
+  }
+}
+
 TEST_CASE("blank images are refused") {
   std::vector<PosedImage> images{{"a", Acquisition{}, Image<float>(4, 4, 0.0f)}};
   CHECK_THROWS_AS(training_set(images, Box{glm::dvec3(-1.0), glm::dvec3(1.0)}), InputError);

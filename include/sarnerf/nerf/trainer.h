@@ -37,9 +37,9 @@ struct TrainerOptions {
 /// Whether the progress of the training is measured in steps or in seconds.
 enum class Schedule { steps, clock };
 
-/// The options that suit a set of images: voxels of two thirds of a range bin. `surfaces`: whether the field `grid` is to
-/// become opaque, so that surfaces can be taken from it. Default: yes with 36 or more images without a background whose
-/// incidences differ by more than 5°.
+/// The options that suit a set of images: voxels of two thirds of a range bin; harmonics of degree 2 where many directions
+/// are seen (36 or more images without a background whose incidences differ by more than 5°), else 1. `surfaces`: whether the
+/// field `grid` is to become opaque, so that surfaces can be taken from it. Default: yes where many directions are seen.
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
                                std::optional<bool> surfaces = std::nullopt);
 

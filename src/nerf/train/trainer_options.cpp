@@ -82,10 +82,11 @@ constexpr int kClockStepsLeft = 300;
 constexpr double kIncidencesDiffer = 5.0 * std::numbers::pi / 180.0;
 
 /// With fewer images, weight decay darkens parts that the images do not determine.
-constexpr std::size_t kLeastForSurfaces = 36;
+constexpr std::size_t kLeastOfManyDirections = 36;
 
-bool images_tell_surfaces(const TrainingSet& set) {
-  if (set.images.size() < kLeastForSurfaces || set.background) return false;
+/// Whether many images from different incidences see the scene, without a background.
+bool is_seen_from_many_directions(const TrainingSet& set) {
+  if (set.images.size() < kLeastOfManyDirections || set.background) return false;
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const PosedImage& image : set.images) {
     least = std::min(least, image.acquisition.incidence_rad);
@@ -119,8 +120,9 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.rows_per_step = 70;
     options.grid.prune_from = 0.2;
   }
-  const bool told = images_tell_surfaces(set);
-  if (surfaces.value_or(told)) learn_surfaces(options.grid, told);
+  const bool many = is_seen_from_many_directions(set);
+  if (many) options.grid.harmonics_degree = 2;
+  if (surfaces.value_or(many)) learn_surfaces(options.grid, many);
   options.mlp.voxel_size_m = bin_m;
   options.mlp.shape.position_frequencies = suitable_frequencies(set.box_m, bin_m);
   if (field == "mlp") {
