@@ -51,9 +51,9 @@ rooms() {
   case $1 in
     nerf/ground) ;;
     nerf/field) echo ground ;;
-    nerf/mlp) echo ground field ;;
-    nerf/files) echo ground field mlp ;;
-    nerf/train) echo ground field mlp files ;;
+    nerf/mlp | nerf/surface) echo ground field ;;
+    nerf/files) echo ground field mlp surface ;;
+    nerf/train) echo ground field mlp surface files ;;
     scene/readers | scene/cgal) ;;
     scene/repair) echo cgal ;;
     scene/vdb) echo readers ;;

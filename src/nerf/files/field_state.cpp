@@ -6,6 +6,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/mlp_field.h"
+#include "sarnerf/nerf/surface_field.h"
 
 namespace sarnerf {
 
@@ -142,6 +143,57 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
           "the numbers of voxels and of their extinctions differ");
   field.restore_cache({extinction.data_ptr<float>(), field.cache().n_voxels()},
                       number("least_depth"));
+  field.ground = ground_of(archive, where);
+  field.resolution = resolution_of(archive, where);
+  return field;
+}
+
+Archive SurfaceField::state() const {
+  Archive archive;
+  add_voxels(archive, topology(), cache_.places());
+  archive.tensors["distance"] = distance.detach().clone();
+  archive.tensors["log_albedo"] = log_albedo.detach().clone();
+  archive.tensors["exponent"] = exponent.detach().clone();
+  if (ground) add_ground(archive, *ground);
+  if (resolution) add_resolution(archive, *resolution);
+  add_text(archive, "field",
+           {{"kind", kind()},
+            {"origin_m", numbers(transform_.origin_m)},
+            {"voxel_size_m", transform_.voxel_size_m},
+            {"albedo_voxel_m", albedo_transform_.voxel_size_m},
+            {"most_band_m", most_band_m_},
+            {"sharpness_per_m", sharpness_per_m_}});
+  return archive;
+}
+
+SurfaceField restore_surface_field(const Archive& archive, const std::string& where) {
+  const auto require = [&](bool holds, const char* what) {
+    if (!holds) throw CheckpointError(where + ": " + what + "; the file is damaged");
+  };
+  const Json text = text_of(archive, "field", where);
+  const auto origin_m = member<std::vector<double>>(text, "origin_m", where);
+  require(origin_m.size() == 3, "the origin of its voxels is missing");
+  const auto length = [&](const char* name) {
+    const auto value = member<double>(text, name, where);
+    require(value > 0.0 && std::isfinite(value), "a size of its voxels, its band or its sharpness is impossible");
+    return value;
+  };
+  const GridTransform transform{{origin_m[0], origin_m[1], origin_m[2]}, length("voxel_size_m")};
+  require(std::isfinite(glm::dot(transform.origin_m, transform.origin_m)), "the origin of its voxels is not finite");
+  const double band_m = length("most_band_m");
+  require(band_m > transform.voxel_size_m, "its band is narrower than a voxel");
+  SurfaceField field(transform, voxels_of(archive, where).topology, length("albedo_voxel_m"), band_m);
+  const auto take = [&](const char* name, torch::Tensor& to) {
+    const torch::Tensor from = archive.tensor(name, torch::kFloat, 1, where);
+    require(from.sizes() == to.sizes(), "the numbers of voxels and of their parameters differ");
+    require(from.isfinite().all().item<bool>(), "parameters are not finite");
+    to.data().copy_(from);
+  };
+  take("distance", field.distance);
+  take("log_albedo", field.log_albedo);
+  take("exponent", field.exponent);
+  field.set_sharpness(length("sharpness_per_m"));
+  field.refresh();
   field.ground = ground_of(archive, where);
   field.resolution = resolution_of(archive, where);
   return field;

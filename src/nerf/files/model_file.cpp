@@ -11,6 +11,7 @@
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/mlp_field.h"
+#include "sarnerf/nerf/surface_field.h"
 
 namespace sarnerf {
 
@@ -51,8 +52,9 @@ std::unique_ptr<LearnedField> restore_field(const Archive& archive, const std::s
   const auto kind = member<std::string>(text_of(archive, "field", where), "kind", where);
   if (kind == "grid") return std::make_unique<GridField>(restore_grid_field(archive, where));
   if (kind == "mlp") return std::make_unique<MlpField>(restore_mlp_field(archive, where));
+  if (kind == "surface") return std::make_unique<SurfaceField>(restore_surface_field(archive, where));
   throw CheckpointError(where + ": holds a field of kind '" + kind +
-                        "', which this version does not have; it has: grid, mlp");
+                        "', which this version does not have; it has: grid, mlp, surface");
 }
 
 namespace {

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/nerf/surface_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <torch/csrc/autograd/custom_function.h>
+
+#include "field/rows.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/field/field_sampler.h"
+#include "sarnerf/mpa/surface_density.h"
+#include "sarnerf/nerf/row_renderer.h"
+
+namespace sarnerf {
+
+namespace {
+
+/// −ln of twice the depth that is left out in front of the surface at normal incidence: 0.005.
+constexpr double kBandSharpnesses = 4.6;
+
+/// Two-way depth per voxel of the cache at most: rays end three voxels inside the surface, also where the distance between two
+/// voxels is far larger than 1 / s, and the cache cannot locate the surface.
+constexpr double kMostCachedDepth = 2.0;
+
+CarvedVoxels all_voxels(BrickTopology topology) {
+  const std::size_t n = topology.n_bricks() * kBrickVoxels;
+  return {std::move(topology), std::vector<std::uint8_t>(n, 1)};
+}
+
+}  // namespace
+
+SurfaceField::SurfaceField(const GridTransform& transform, BrickTopology topology, double albedo_voxel_m, double most_band_m)
+    : transform_(transform),
+      albedo_transform_{transform.origin_m, albedo_voxel_m},
+      cache_(transform, all_voxels(std::move(topology))),
+      most_band_m_(most_band_m),
+      sharpness_per_m_(kBandSharpnesses / most_band_m) {
+  // The coarse voxels that the corners of the fine bricks lie between.
+  const BrickTopology& bricks = cache_.topology();
+  for (std::uint32_t b = 0; b < bricks.n_bricks(); ++b) {
+    const glm::dvec3 first_m = transform_.world_from_index(glm::dvec3(bricks.coordinate(b) * kBrickSide) - 0.5);
+    const glm::dvec3 last_m = transform_.world_from_index(glm::dvec3(bricks.coordinate(b) * kBrickSide + kBrickSide) + 0.5);
+    const glm::ivec3 first = brick_of_voxel(glm::ivec3(glm::floor(albedo_transform_.index_from_world(first_m))));
+    const glm::ivec3 last = brick_of_voxel(glm::ivec3(glm::floor(albedo_transform_.index_from_world(last_m))) + 1);
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z) albedo_topology_.insert({x, y, z});
+  }
+  const auto n_albedo = static_cast<std::int64_t>(albedo_topology_.n_bricks() * kBrickVoxels);
+  distance = torch::full({static_cast<std::int64_t>(n_voxels())}, static_cast<float>(most_band_m)).set_requires_grad(true);
+  log_albedo = torch::zeros({n_albedo}).set_requires_grad(true);
+  exponent = torch::ones({1}).set_requires_grad(true);
+  refresh();
+}
+
+double SurfaceField::band_m() const { return std::min(most_band_m_ - transform_.voxel_size_m, kBandSharpnesses / sharpness_per_m_); }
+
+void SurfaceField::refresh() {
+  const float* const f = distance.data_ptr<float>();
+  const double most_per_m = 0.5 * kMostCachedDepth / transform_.voxel_size_m;
+  // Voxels are numbered as in the topology, since all of its voxels belong to the cache.
+  std::vector<float> extinction(n_voxels());
+  parallel_for(extinction.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const double per_m = 0.5 * sharpness_per_m_ * laplace_below(sharpness_per_m_ * double{f[v]});
+      extinction[v] = double{f[v]} < band_m() ? static_cast<float>(std::min(most_per_m, per_m)) : 0.0f;
+    }
+  });
+  cache_.refresh(extinction, 0.0);
+}
+
+Box SurfaceField::occupied_box_m() const { return occupied_box(cache_.occupancy(), transform_); }
+
+std::string SurfaceField::size_text() const {
+  return format("%zu voxels of %.3g m near the surface", cache_.n_occupied(), transform_.voxel_size_m);
+}
+
+namespace {
+
+/// Rows that are rendered at a time without gradients: bounds the memory.
+constexpr std::size_t kRowsAtATime = 32;
+
+/// Cosine below which the brightness falls linearly to 0, so that its derivative is bounded for every exponent.
+constexpr double kLeastCosine = 0.01;
+
+/// The segments of some rows, the field at them, and the derivatives of it.
+struct Pass : torch::CustomClassHolder {
+  Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const SurfaceField& of);
+
+  /// Calls f(segment, near end, far end) of the rays of one part.
+  template <class F>
+  void for_each_segment(std::size_t part, F&& f) const;
+  void sample(std::size_t part);
+  void scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness);
+
+  /// Rays [first, end) of the batch are one thread's.
+  std::size_t n_parts() const { return first_ray.size() - 1; }
+
+  const SurfaceField& field;
+  RowSegments segments;
+  std::vector<float> length_m;
+  std::vector<std::uint32_t> near_end;  ///< of each segment; its far end is the next
+  std::vector<glm::vec3> end_m;
+  std::vector<std::size_t> first_ray, first_end;  ///< of the parts
+  std::vector<float> distance_m;                  ///< f at the ends
+  std::vector<float> extinction_per_m, albedo, brightness;
+  struct Gradients {
+    std::vector<float> distance, log_albedo;
+    double exponent = 0.0;
+  };
+  std::vector<Gradients> gradients;  ///< of the parts
+};
+
+Pass::Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const SurfaceField& of)
+    : field(of), segments(rows, sampling, of.cache(), of.ground) {
+  constexpr double kJoined_bins = 1e-5;  // segments whose ends differ by less than this have one end in common
+  const auto places = segments.places();
+  const auto begin = segments.ray_begin();
+  const std::size_t n_rays = begin.size() - 1;
+  length_m.reserve(places.size());
+  near_end.reserve(places.size());
+  const std::size_t n = std::max<std::size_t>(1, std::min<std::size_t>(static_cast<std::size_t>(thread_count()), n_rays));
+  for (std::size_t part = 0; part < n; ++part) {
+    first_ray.push_back(n_rays * part / n);
+    first_end.push_back(end_m.size());
+    for (std::size_t q = n_rays * part / n; q < n_rays * (part + 1) / n; ++q) {
+      const glm::vec3 d = segments.ray_direction()[q];
+      double last_bin = -1e300;
+      for (std::uint32_t s = begin[q]; s < begin[q + 1]; ++s) {
+        const auto half = static_cast<float>(0.5 * places[s].length_m);
+        const double bin_m = rows[places[s].row].acquisition.range_spacing_m;
+        const glm::vec3 centre = segments.point_m()[s];
+        if (!(places[s].near_bin < last_bin + kJoined_bins)) end_m.push_back(centre - half * d);
+        near_end.push_back(static_cast<std::uint32_t>(end_m.size() - 1));
+        end_m.push_back(centre + half * d);
+        length_m.push_back(static_cast<float>(places[s].length_m));
+        last_bin = places[s].near_bin + places[s].length_m / bin_m;
+      }
+    }
+  }
+  first_ray.push_back(n_rays);
+  first_end.push_back(end_m.size());
+  distance_m.resize(end_m.size());
+  extinction_per_m.resize(length_m.size());
+  albedo.resize(length_m.size());
+  brightness.resize(length_m.size());
+  parallel_for(n_parts(), 1, [&](std::size_t part, std::size_t, int) { sample(part); });
+}
+
+/// What a segment adds: extinction and brightness, and their derivatives by its ends.
+struct Segment {
+  SurfaceDepth depth;
+  double cos_to_p;       ///< 0 where the surface faces away
+  double by_cosine;      ///< ∂cos^p/∂cos
+  double by_exponent;    ///< ∂cos^p/∂p
+};
+
+Segment segment(double near_m, double far_m, double length_m, double sharpness_per_m, double exponent) {
+  const SurfaceDepth depth = surface_depth(near_m, far_m, length_m, sharpness_per_m);
+  const double cosine = (near_m - far_m) / length_m;
+  if (!(cosine > 0.0)) return {depth, 0.0, 0.0, 0.0};
+  const double least = std::max(cosine, kLeastCosine), power = std::pow(least, exponent);
+  if (cosine < kLeastCosine) {
+    const double part = cosine / kLeastCosine;
+    return {depth, part * power, power / kLeastCosine, part * power * std::log(least)};
+  }
+  return {depth, power, exponent * power / cosine, power * std::log(cosine)};
+}
+
+BrickView<const float> view_of(const SurfaceField& field, std::span<const float> distance) {
+  return {&field.topology(), field.transform(), 1, distance};
+}
+
+std::span<float> numbers(const torch::Tensor& tensor) {
+  return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
+}
+
+BrickView<const float> albedo_of(const SurfaceField& field) {
+  return {&field.albedo_topology(), field.albedo_transform(), 1, numbers(field.log_albedo)};
+}
+
+void Pass::sample(std::size_t part) {
+  const std::size_t first = first_end[part], n_ends = first_end[part + 1] - first;
+  TrilinearSampler(view_of(field, numbers(field.distance)))
+      .sample(std::span(end_m).subspan(first, n_ends), std::span(distance_m).subspan(first, n_ends));
+  const std::size_t begin = segments.ray_begin()[first_ray[part]], end = segments.ray_begin()[first_ray[part + 1]];
+  const auto of_part = std::span(albedo).subspan(begin, end - begin);
+  TrilinearSampler(albedo_of(field)).sample(segments.point_m().subspan(begin, end - begin), of_part);
+  const auto exponent = double{field.exponent.data_ptr<float>()[0]};
+  for (std::size_t s = begin; s < end; ++s) {
+    const double length = double{length_m[s]};
+    const Segment at = segment(double{distance_m[near_end[s]]}, double{distance_m[near_end[s] + 1]}, length,
+                               field.sharpness_per_m(), exponent);
+    extinction_per_m[s] = static_cast<float>(at.depth.depth / (2.0 * length));
+    albedo[s] = std::exp(albedo[s]);
+    brightness[s] = static_cast<float>(double{albedo[s]} * at.cos_to_p);
+  }
+}
+
+void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness) {
+  Gradients& mine = gradients[part];
+  mine.distance.assign(field.n_voxels(), 0.0f);
+  mine.log_albedo.assign(static_cast<std::size_t>(field.log_albedo.numel()), 0.0f);
+  mine.exponent = 0.0;
+  const std::size_t begin = segments.ray_begin()[first_ray[part]], end = segments.ray_begin()[first_ray[part + 1]];
+  const std::size_t first = first_end[part], n_ends = first_end[part + 1] - first;
+  std::vector<float> d_ends(n_ends, 0.0f), d_albedo(end - begin);
+  const auto exponent = double{field.exponent.data_ptr<float>()[0]};
+  for (std::size_t s = begin; s < end; ++s) {
+    const double length = double{length_m[s]};
+    const Segment at = segment(double{distance_m[near_end[s]]}, double{distance_m[near_end[s] + 1]}, length,
+                               field.sharpness_per_m(), exponent);
+    const double by_depth = double{d_extinction[s]} / (2.0 * length);
+    const double by_brightness = double{d_brightness[s]} * double{albedo[s]};
+    const double by_drop = by_brightness * at.by_cosine / length;
+    d_ends[near_end[s] - first] += static_cast<float>(by_depth * at.depth.by_near + by_drop);
+    d_ends[near_end[s] + 1 - first] += static_cast<float>(by_depth * at.depth.by_far - by_drop);
+    d_albedo[s - begin] = static_cast<float>(by_brightness * at.cos_to_p);
+    mine.exponent += by_brightness * at.by_exponent;
+  }
+  scatter_trilinear({&field.topology(), field.transform(), 1, mine.distance}, std::span(end_m).subspan(first, n_ends), d_ends);
+  scatter_trilinear({&field.albedo_topology(), field.albedo_transform(), 1, mine.log_albedo},
+                    segments.point_m().subspan(begin, end - begin), d_albedo);
+}
+
+/// The pass as an autograd function of LibTorch.
+struct RenderSurface : torch::autograd::Function<RenderSurface> {
+  static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor&,
+                                                const torch::Tensor&, const torch::Tensor&,
+                                                const c10::intrusive_ptr<Pass>& pass) {
+    context->saved_data["pass"] = torch::IValue::make_capsule(pass);
+    torch::Tensor pixels = torch::empty({static_cast<std::int64_t>(pass->segments.n_pixels())}, torch::kFloat);
+    pass->segments.integrate(pass->extinction_per_m, pass->brightness, Integrator::exact, numbers(pixels));
+    return {pixels};
+  }
+
+  static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                 torch::autograd::variable_list gradients) {
+    const auto pass = c10::static_intrusive_pointer_cast<Pass>(context->saved_data["pass"].toCapsule());
+    const SurfaceField& field = pass->field;
+    std::vector<float> d_extinction(pass->segments.n_segments()), d_brightness(d_extinction.size());
+    pass->segments.adjoint(numbers(gradients[0].contiguous()), Integrator::exact, d_extinction, d_brightness);
+    pass->gradients.resize(pass->n_parts());
+    parallel_for(pass->n_parts(), 1, [&](std::size_t part, std::size_t, int) { pass->scatter(part, d_extinction, d_brightness); });
+    torch::Tensor d_distance = torch::empty_like(field.distance), d_albedo = torch::empty_like(field.log_albedo);
+    const auto sum = [&](torch::Tensor& to, auto member) {
+      float* const out = to.data_ptr<float>();
+      parallel_for(static_cast<std::size_t>(to.numel()), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t v = begin; v < end; ++v) {
+          out[v] = 0.0f;
+          for (const Pass::Gradients& g : pass->gradients) out[v] += (g.*member)[v];
+        }
+      });
+    };
+    sum(d_distance, &Pass::Gradients::distance);
+    sum(d_albedo, &Pass::Gradients::log_albedo);
+    double d_exponent = 0.0;
+    for (const Pass::Gradients& g : pass->gradients) d_exponent += g.exponent;
+    return {d_distance, d_albedo, torch::full({1}, d_exponent, torch::kFloat), {}};
+  }
+};
+
+}  // namespace
+
+torch::Tensor SurfaceField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const {
+  return RenderSurface::apply(distance, log_albedo, exponent, c10::make_intrusive<Pass>(rows, sampling, *this)).front();
+}
+
+void SurfaceField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling, std::span<float> pixels) const {
+  if (pixels.size() != n_pixels(rows))
+    throw UsageError(format("the rows have %zu pixels, not %zu", n_pixels(rows), pixels.size()));
+  for (std::size_t first = 0; first < rows.size(); first += kRowsAtATime) {
+    const auto some = rows.subspan(first, std::min(kRowsAtATime, rows.size() - first));
+    Pass pass(some, sampling, *this);
+    pass.segments.integrate(pass.extinction_per_m, pass.brightness, Integrator::exact, pixels.first(pass.segments.n_pixels()));
+    pixels = pixels.subspan(pass.segments.n_pixels());
+  }
+}
+
+}  // namespace sarnerf
