@@ -43,7 +43,7 @@ build 320 sar_render sar_render
 render data/truck.obj --pitch 60 --azimuth 30 --ground grass --spacing 0.1 -o "$out/truck"
 echo "demo: the first picture is $PWD/$out/truck.png, $(since_start) after the start"
 
-build 340 "the programs that learn" sar_nerf_train sar_nerf_render sar_extract
+build 400 "the programs that learn, and sar_import" sar_nerf_train sar_nerf_render sar_extract sar_import
 echo "demo: rendering the scenes of data/ and learning one of them: about 1 min"
 
 # The paper's Fig. 7: roof longer than the wall's layover, equal, shorter. At 35° another building coincides.
