@@ -6,7 +6,7 @@ set -eu
 usage() {
   cat <<USAGE
 Usage: scripts/ablation.sh [--folder FOLDER] [--spot FILE] [--data] [OPTIONS of sar_bench ablation...]
-Renders generated scenes (seeds 101 to 110, 121 to 126, 131 to 135, 141 to 145, 151 to 156; spot where its mesh is given), each in one
+Renders generated scenes (seeds 101 to 110, 121 to 126, 131 to 135, 141 to 145, 151 to 156, 161 to 165; spot where its mesh is given), each in one
 configuration, and leaves out each rule and prior of learning alone (sar_bench ablation). What is there is not made again. FOLDER/result has the cells
 (cells.jsonl) and the table (ablation.md).
   --folder FOLDER  (default build/ablation)
@@ -36,6 +36,7 @@ mkdir -p "$folder/data"
 "$programs/sar_bench/sar_bench" scenes --seed 131:135 "$folder/scenes" -q > /dev/null
 "$programs/sar_bench/sar_bench" scenes --seed 141:145 "$folder/scenes" -q > /dev/null
 "$programs/sar_bench/sar_bench" scenes --seed 151:156 "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 161:165 "$folder/scenes" -q > /dev/null
 
 # Azimuths of 12 and 36 training views, and those that judge.
 few=0:330:30 many=0:350:10 unseen=7.3:337.3:30
@@ -103,6 +104,8 @@ response="--resolution 0.4 --window taylor:-35"
   for seed in 131 132 133 134 135; do measured $seed "$(scene $seed)" 25; done
   # Many directions.
   for seed in 151 152 153 154 155 156; do between $seed "$(scene $seed)" 35:55:4 37,45,53; done
+  # A response; --without response makes it an unknown one.
+  for seed in 161 162 163 164 165; do data $seed "$(scene $seed)" $many 45 inf $dark --resolution 0.45 --window taylor:-35; done
   # Too few views to estimate a ground.
   for seed in 141 142 143 144 145; do data $seed "$(scene $seed)" 0:288:72 45 inf $meadow; done
 }

@@ -103,6 +103,8 @@ const std::vector<Rule>& rules() {
                     o.grid.prune_from = grid.prune_from;
                     o.rows_per_step = plain.rows_per_step;
                   }),
+      ground_rule("tails_are_dark", "tails of an unknown response are dark", [](const O&, Set s) { return s.tails_are_dark; },
+                  [](GroundRule& g) { g.tail_level = 0.0; }),
       option_rule("harmonics", "harmonics of degree 2 where many directions are seen (else 1)",
                   [](const O& o, Set) { return o.grid.harmonics_degree > 1; }, [](O& o, Set) { o.grid.harmonics_degree = 1; }),
       option_rule("pruning", "empty voxels are given up", always, [](O& o, Set) { o.grid.n_prunings = 0; }),

@@ -93,6 +93,9 @@ struct GroundRule {
   /// Greatest height of objects under speckle, as a fraction of the swath in ground range: chips do not bound the height
   /// of an object whose shadow lies outside of them. Kept for speed: training takes 1.6 times as long without. Chosen.
   double object_height_fraction = 0.25;
+  /// Where images of an unknown impulse response show no ground, pixels below this fraction of the peak are its tails: they
+  /// reach everywhere, also where the scene is empty. 0: no pixel is a tail. Chosen.
+  double tail_level = 1e-4;
 };
 
 /// The level ground around the objects of a scene, estimated from its images.

@@ -39,24 +39,21 @@ double ground_swath_m(const std::vector<PosedImage>& images) {
   return most;
 }
 
-/// Level of an impulse response's tails, as a fraction of the peak. They reach everywhere, also where the scene is empty.
-constexpr float kTail = 1e-4f;
-
-/// Whether four fifths of the pixels are tails. Without a weighting window, sidelobes above −40 dB cover more than a fifth of
+/// Whether four fifths of the pixels are tails, below this level. Without a weighting window, sidelobes above −40 dB cover more than a fifth of
 /// an image. Carving then removes too little: starting with opaque voxels in the rest was measured to fail.
-bool is_mostly_tails(const std::vector<PosedImage>& images, float peak) {
+bool is_mostly_tails(const std::vector<PosedImage>& images, float level) {
   std::size_t n_dark = 0, n = 0;
   for (const PosedImage& image : images) {
     n += image.power.pixels().size();
-    for (const float p : image.power.pixels()) n_dark += p < kTail * peak;
+    for (const float p : image.power.pixels()) n_dark += p < level;
   }
   return 5 * n_dark > 4 * n;
 }
 
-std::vector<PosedImage> without_tails(std::vector<PosedImage> images, float peak) {
+std::vector<PosedImage> without_tails(std::vector<PosedImage> images, float level) {
   for (PosedImage& image : images)
     for (float& p : image.power.pixels())
-      if (p < kTail * peak) p = 0.0f;
+      if (p < level) p = 0.0f;
   return images;
 }
 
@@ -119,8 +116,9 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
       const double above_m = heights.above_ground_m.value_or(ground_rule.object_height_fraction * ground_swath_m(set.images));
       set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + above_m);
     }
-  } else if (!set.resolution && has_background(set.images) && is_mostly_tails(set.images, set.peak)) {
-    set.deconvolved = without_tails(set.images, set.peak);
+  } else if (const auto tail = static_cast<float>(ground_rule.tail_level) * set.peak;
+             !set.resolution && has_background(set.images) && is_mostly_tails(set.images, tail)) {
+    set.deconvolved = without_tails(set.images, tail);
     set.tails_are_dark = true;
   }
   set.background = has_background(set.training_images());
