@@ -6,9 +6,9 @@ set -eu
 usage() {
   cat <<USAGE
 Usage: scripts/ablation.sh [--folder FOLDER] [--spot FILE] [--data] [OPTIONS of sar_bench ablation...]
-Renders generated scenes (seeds 101 to 110, 121 to 126, 131 to 135, 141 to 145, 151 to 156, 161 to 165; spot where its mesh is given), each in one
-configuration, and leaves out each rule and prior of learning alone (sar_bench ablation). What is there is not made again. FOLDER/result has the cells
-(cells.jsonl) and the table (ablation.md).
+Renders generated scenes (seeds 101 to 110, 121 to 126, 131 to 135, 141 to 145, 151 to 156, 161 to 165; spot where its mesh is
+given), each in one configuration, and leaves out each rule and prior of learning alone (sar_bench ablation). What is there is
+not made again. FOLDER/result has the cells (cells.jsonl) and the table (ablation.md).
   --folder FOLDER  (default build/ablation)
   --spot FILE      spot.obj, 1.7 m long as published; rendered 6 times as large
   --data           only render

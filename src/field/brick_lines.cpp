@@ -129,27 +129,26 @@ namespace {
 
 constexpr float kFar = 1e9f;
 
-/// What the values fall by towards the surface, as a part of the value: the inverse of the way to it along an axis, in voxels,
-/// with the way's sign; 0 where they do not fall. A part above 1 passes through the surface.
+/// What the values fall by towards the surface, as a part of the value: the inverse of the way to it along an axis, in voxels;
+/// 0 where they do not fall. A part above 1 passes through the surface.
 std::vector<float> falls(const BrickLines& lines, int axis, std::span<const float> distance) {
   constexpr float kLeast = 1e-6f;
   std::vector<float> fall(distance.size(), 0.0f);
   const auto& runs = lines.runs(axis);
   parallel_for(runs.size(), kRunsAtATime, [&](std::size_t begin, std::size_t end, int) {
     std::vector<Layer> f, part;
-    const auto take = [&](std::size_t at, std::size_t next, float side) {
+    const auto take = [&](std::size_t at, std::size_t next) {
       for (std::size_t l = 0; l < kLines; ++l) {
         const float here = std::copysign(std::max(std::abs(f[at][l]), kLeast), f[at][l]);
-        const float to_next = 1.0f - f[next][l] / here;
-        if (to_next > std::abs(part[at][l])) part[at][l] = side * to_next;
+        part[at][l] = std::max(part[at][l], 1.0f - f[next][l] / here);
       }
     };
     for (std::size_t r = begin; r < end; ++r) {
       gather(runs[r], axis, distance, f);
       part.assign(f.size(), {});
       for (std::size_t n = 0; n + 1 < f.size(); ++n) {
-        take(n, n + 1, 1.0f);
-        take(n + 1, n, -1.0f);
+        take(n, n + 1);
+        take(n + 1, n);
       }
       scatter(runs[r], axis, part, fall);
     }
@@ -166,7 +165,7 @@ std::vector<float> next_to_surface(const BrickLines& lines, std::span<const floa
     float sum = 0.0f, most = 0.0f;
     for (const std::vector<float>& part : fall) {
       sum += part[v] * part[v];
-      most = std::max(most, std::abs(part[v]));
+      most = std::max(most, part[v]);
     }
     if (most > 1.0f) next[v] = 1.0f / std::sqrt(sum);
   }

@@ -35,12 +35,8 @@ inline SurfaceDepth surface_depth(double near_m, double far_m, double length_m, 
     // From the nearer end to the surface, where the exponential does not vanish against the other.
     const double e0 = 0.5 * std::exp(-u0), e1 = 0.5 * std::exp(-u1);
     mean = step >= 0.0 ? e0 * exponential_mean(-step) : e1 * exponential_mean(step);
-    by_near = step >= 0.0 ? -e0 * exponential_second(-step) : (mean - e0) / step;
-    by_far = step >= 0.0 ? (e1 - mean) / step : -e1 * exponential_second(step);
-    if (std::abs(step) < 0.03) {
-      by_near = -e0 * exponential_second(-step);
-      by_far = -e1 * exponential_second(step);
-    }
+    by_near = step > -0.03 ? -e0 * exponential_second(-step) : (mean - e0) / step;
+    by_far = step < 0.03 ? -e1 * exponential_second(step) : (e1 - mean) / step;
   } else if (u0 <= 0.0 && u1 <= 0.0) {
     const double e0 = 0.5 * std::exp(u0), e1 = 0.5 * std::exp(u1);
     const double rest = step >= 0.0 ? e1 * exponential_mean(-step) : e0 * exponential_mean(step);

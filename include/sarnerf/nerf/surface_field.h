@@ -15,20 +15,6 @@
 
 namespace sarnerf {
 
-/// How the field `surface` is laid out and learned. Lengths in bins are in range bins of the finest image.
-struct SurfaceOptions {
-  double voxel_size_m = 0.15;
-  double albedo_bins = 4.0;  ///< voxels of the albedo
-  double initial_softness_bins = 1.0, final_softness_bins = 0.05;  ///< 1 / s
-  double anneal_until = 0.8;       ///< progress at which the softness is the final one
-  double step_bins = 0.25;         ///< largest step of the distance
-  double smoothing_bins2 = 3.0;    ///< a of the gradient's smoothing (1 - a d2)^-1, applied twice
-  double floor = 0.01;             ///< least root mean square of a gradient, as a part of the largest
-  double beyond_hull_bins = 0.25;  ///< how far the surface may lie outside of the carved hull
-  int redistance_steps = 25, refresh_steps = 5, reached_steps = 50;
-  double albedo_rate = 0.05, exponent_rate = 0.02;
-};
-
 /// The field `surface`: an opaque body bounded by the level 0 of a signed distance f (m, negative inside), and the brightness of
 /// its surface.
 ///

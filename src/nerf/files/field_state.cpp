@@ -10,6 +10,22 @@
 
 namespace sarnerf {
 
+namespace {
+
+/// Origin and size of a field's voxels. Throws CheckpointError where they are missing or impossible.
+GridTransform transform_of(const Json& text, const std::string& where) {
+  const auto origin_m = member<std::vector<double>>(text, "origin_m", where);
+  const GridTransform transform{
+      origin_m.size() == 3 ? glm::dvec3(origin_m[0], origin_m[1], origin_m[2]) : glm::dvec3(NAN),
+      member<double>(text, "voxel_size_m", where)};
+  if (!(transform.voxel_size_m > 0.0) || !std::isfinite(transform.voxel_size_m) ||
+      !std::isfinite(glm::dot(transform.origin_m, transform.origin_m)))
+    throw CheckpointError(where + ": the origin or size of its voxels is missing or not finite; the file is damaged");
+  return transform;
+}
+
+}  // namespace
+
 Archive GridField::state() const {
   Archive archive;
   archive.tensors = {{"log_depth", log_depth.detach().clone()}, {"coefficients", coefficients.detach().clone()}};
@@ -31,16 +47,11 @@ GridField restore_grid_field(const Archive& archive, const std::string& where) {
     if (!holds) throw CheckpointError(where + ": " + what + "; the file is damaged");
   };
   const Json text = text_of(archive, "field", where);
-  const auto origin_m = member<std::vector<double>>(text, "origin_m", where);
   const auto degree = member<int>(text, "harmonics_degree", where);
-  const GridTransform transform{
-      origin_m.size() == 3 ? glm::dvec3(origin_m[0], origin_m[1], origin_m[2]) : glm::dvec3(NAN),
-      member<double>(text, "voxel_size_m", where)};
+  const GridTransform transform = transform_of(text, where);
   const auto scale = member<double>(text, "source_scale", where);
   require(degree >= 0 && degree <= kMaxHarmonicsDegree, "the degree of its harmonics is not 0, 1 or 2");
-  require(transform.voxel_size_m > 0.0 && std::isfinite(glm::dot(transform.origin_m, transform.origin_m)) &&
-              std::isfinite(transform.voxel_size_m) && std::isfinite(scale),
-          "the origin or size of its voxels is missing or not finite");
+  require(std::isfinite(scale), "the scale of its brightness is not finite");
 
   const torch::Tensor& voxels = archive.tensor("voxels", torch::kLong, 1, where);
   const torch::Tensor& log_depth = archive.tensor("log_depth", torch::kFloat, 1, where);
@@ -112,11 +123,7 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
   const glm::dvec3 size = box_m.size();
   require(size.x > 0.0 && size.y > 0.0 && size.z > 0.0 && std::isfinite(glm::dot(size, size)),
           "its box is empty or not finite");
-  const GridTransform transform{vector("origin_m"), number("voxel_size_m")};
-  require(transform.voxel_size_m > 0.0 &&
-              std::isfinite(glm::dot(transform.origin_m, transform.origin_m)) &&
-              std::isfinite(transform.voxel_size_m),
-          "the origin or size of its voxels is missing or not finite");
+  const GridTransform transform = transform_of(text, where);
   MlpUnits units{number("reference_bin_m"), number("source_scale"), Integrator::exact};
   require(units.reference_bin_m > 0.0 && std::isfinite(units.reference_bin_m) &&
               units.source_scale >= 0.0 && std::isfinite(units.source_scale),
@@ -171,15 +178,12 @@ SurfaceField restore_surface_field(const Archive& archive, const std::string& wh
     if (!holds) throw CheckpointError(where + ": " + what + "; the file is damaged");
   };
   const Json text = text_of(archive, "field", where);
-  const auto origin_m = member<std::vector<double>>(text, "origin_m", where);
-  require(origin_m.size() == 3, "the origin of its voxels is missing");
   const auto length = [&](const char* name) {
     const auto value = member<double>(text, name, where);
-    require(value > 0.0 && std::isfinite(value), "a size of its voxels, its band or its sharpness is impossible");
+    require(value > 0.0 && std::isfinite(value), "the size of its albedo's voxels, its band or its sharpness is impossible");
     return value;
   };
-  const GridTransform transform{{origin_m[0], origin_m[1], origin_m[2]}, length("voxel_size_m")};
-  require(std::isfinite(glm::dot(transform.origin_m, transform.origin_m)), "the origin of its voxels is not finite");
+  const GridTransform transform = transform_of(text, where);
   const double band_m = length("most_band_m");
   require(band_m > transform.voxel_size_m, "its band is narrower than a voxel");
   SurfaceField field(transform, voxels_of(archive, where).topology, length("albedo_voxel_m"), band_m);

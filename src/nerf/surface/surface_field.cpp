@@ -90,9 +90,6 @@ constexpr double kLeastCosine = 0.01;
 struct Pass : torch::CustomClassHolder {
   Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const SurfaceField& of);
 
-  /// Calls f(segment, near end, far end) of the rays of one part.
-  template <class F>
-  void for_each_segment(std::size_t part, F&& f) const;
   void sample(std::size_t part);
   void scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness);
 

@@ -52,10 +52,6 @@ float add_pixel(DataLoss& loss, const PixelLoss& pixel, float rendered, float im
   return static_cast<float>(term.gradient);
 }
 
-}  // namespace
-
-namespace {
-
 /// Rows of a block over the distance within which a response has all but 1 % of its energy: three quarters of the rows then
 /// have all their neighbours in the block.
 constexpr int kBlockOfBorders = 8;

@@ -39,8 +39,8 @@ double ground_swath_m(const std::vector<PosedImage>& images) {
   return most;
 }
 
-/// Whether four fifths of the pixels are tails, below this level. Without a weighting window, sidelobes above −40 dB cover more than a fifth of
-/// an image. Carving then removes too little: starting with opaque voxels in the rest was measured to fail.
+/// Whether four fifths of the pixels are tails, below this level. Without a weighting window, sidelobes above −40 dB cover
+/// more than a fifth of an image. Carving then removes too little: starting with opaque voxels in the rest was measured to fail.
 bool is_mostly_tails(const std::vector<PosedImage>& images, float level) {
   std::size_t n_dark = 0, n = 0;
   for (const PosedImage& image : images) {
