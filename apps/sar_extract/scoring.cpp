@@ -200,23 +200,36 @@ std::string details_of(const Options& o, const Extraction& x) {
   std::string text = markdown_table(
       {{"grid"}, {"type"}, {"voxels", Align::right}, {"box x, y, z (m)"}, {"memory", Align::right}}, rows);
   for (const auto& [name, value] : volume.metadata) text += name + ": " + value + "\n";
+  if (x.n_components > 0) return text;  // a surface
   const bool threshold_used = o.extract.body == Body::shell || o.extract.threshold_per_m;
   return text + format("threshold %.3g per metre%s\n", x.threshold_per_m, threshold_used ? "" : " (not used: --solid)");
 }
 
 std::string closing_line(const Options& o, const Extraction& x, const std::optional<Scores>& scores) {
+  const bool surface = x.n_components > 0;
   std::string text = format("%s: %zu triangles, down to %.3g m%s, from voxels of %.3g m",
-                            o.extract.body == Body::solid ? "solid" : "shell", x.mesh.triangles.size(), x.bottom_m,
-                            x.bottom_was_given ? "" : " (where returns end: --ground-height)", x.voxel_size_m);
+                            surface ? "surface" : o.extract.body == Body::solid ? "solid" : "shell", x.mesh.triangles.size(),
+                            x.bottom_m, surface || x.bottom_was_given ? "" : " (where returns end: --ground-height)", x.voxel_size_m);
+  if (surface) {
+    text += "; " + counted(x.n_components, "component");
+    if (x.n_unseen_components > 0) text += format(", %zu of them removed, which no view sees", x.n_unseen_components);
+    text += format("; %.0f %% of it unseen", 100.0 * x.unseen_part);
+  }
   if (scores) text += format("; %.0f %% of the true surface seen", 100.0 * scores->extracted.visible_fraction);
   return text + "; memory " + bytes_text(peak_memory_bytes()) + "\n";
 }
 
 /// Names every kind of grid; an abbreviated list would hide some. The nine harmonics are of one kind.
 std::string grids_text(const std::vector<std::string>& grids) {
-  const std::size_t n_brightness = grids.size() - 2;
-  return grids.front() + ", brightness" + (n_brightness > 1 ? " (" + std::to_string(n_brightness) + " harmonics)" : "") +
-         ", " + grids.back();
+  std::string text;
+  std::size_t n_harmonics = 1;
+  for (const std::string& name : grids) n_harmonics += name.starts_with("brightness_") ? 1 : 0;
+  for (const std::string& name : grids) {
+    if (name.starts_with("brightness_")) continue;
+    text += (text.empty() ? "" : ", ") + name;
+    if (name == "brightness" && n_harmonics > 1) text += " (" + std::to_string(n_harmonics) + " harmonics)";
+  }
+  return text;
 }
 
 }  // namespace
@@ -255,10 +268,11 @@ std::string plan_text(const Options& o, const Model& model) {
   if (plan.part_outside > 0.01)
     text += format("\n            cuts off %.1f %% of the box of what was learned", 100.0 * plan.part_outside);
   text += format("\n  grids     %s; up to %zu voxels each", grids_text(plan.grids).c_str(), plan.n_voxels);
-  text += e.body == Body::solid
+  text += model.field->kind() == "surface" ? std::string("\n  body      where the distance is below 0; what no view sees is marked")
+          : e.body == Body::solid
               ? format("\n  body      solid: what %zu training views see, and all behind it", plan.n_views)
               : std::string("\n  body      shell: matter denser than the threshold");
-  text += "\n  left out  voxels without extinction; insides, which are tiles";
+  text += "\n  left out  voxels without extinction; insides";
   if (o.truth.empty()) text += "; scores: no --truth";
   if (o.mesh.empty()) text += "; mesh file: no --mesh";
   if (o.preview.empty()) text += "; picture: no --preview";

@@ -66,8 +66,8 @@ void add_options(CommandLine& command, Options& o) {
   command.require("DATASET");
 
   command.begin_group("Training");
-  command.add("--field", o.field, one_of<std::string>({{"grid", "grid"}, {"mlp", "mlp"}}),
-              "Sparse voxels, or the paper's network");
+  command.add("--field", o.field, one_of<std::string>({{"grid", "grid"}, {"surface", "surface"}, {"mlp", "mlp"}}),
+              "Sparse voxels, an opaque surface, or the paper's network");
   command.add("--surfaces", o.surfaces,
               one_of<std::optional<bool>>({{"auto", std::nullopt}, {"on", true}, {"off", false}}),
               "Learn opaque material, from which surfaces can be extracted; auto: with 36 or more images of different incidences "
@@ -196,6 +196,13 @@ constexpr Limits kLimits[] = {
     {"n_prunings", 0, 1000},
     {"n_registrations", 0, 1000},
     {"final_rate", 1e-9, 1},
+    {"renderings", 1, 2},
+    {"albedo_bins", 1e-2, 1e6},
+    {"initial_softness_bins", 1e-6, 1e3},
+    {"final_softness_bins", 1e-6, 1e3},
+    {"anneal_until", 1e-3, 1},
+    {"redistance_steps", 1, 1e9},
+    {"refresh_steps", 1, 1e9},
     {"ray_spacing", 1e-2, 1e2},
     {"end_depth", 1e-3, kAny},
     {"most_ray_spacing_bins", 1e-2, 1e2},
@@ -223,7 +230,8 @@ void require_within_limits(const std::string& name, double value) {
 
 void require_possible_voxels(const TrainerOptions& training, const TrainingSet& set) {
   const double coarse_m = training.field == "grid" ? training.grid.voxel_size_m * std::pow(2.0, training.grid.n_levels - 1)
-                                                   : training.mlp.voxel_size_m;
+                          : training.field == "surface" ? training.surface.voxel_size_m
+                                                        : training.mlp.voxel_size_m;
   const glm::dvec3 size_m = set.box_m.size();
   const double n = std::ceil(size_m.x / coarse_m) * std::ceil(size_m.y / coarse_m) *
                    std::ceil(size_m.z / coarse_m);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contour.h"
 #include "level_surface.h"
 #include "learned_volume.h"
 #include "sarnerf/core/error.h"
@@ -13,6 +14,7 @@
 #include "sarnerf/nerf/mlp_field.h"
 #include "sarnerf/nerf/model_file.h"
 #include "sarnerf/nerf/row_renderer.h"
+#include "sarnerf/nerf/surface_field.h"
 #include "return_map.h"
 
 namespace sarnerf {
@@ -56,8 +58,9 @@ Cube cube_of(const ExtractOptions& options, const Box& matter_m, const glm::dvec
 
 /// Common input of the plan and the extraction; frames relative to the aim point.
 struct Setup {
-  const GridField* grid = nullptr;  ///< this or `mlp` is set
+  const GridField* grid = nullptr;  ///< one of these three is set
   const MlpField* mlp = nullptr;
+  const SurfaceField* surface = nullptr;
   Box matter_m;
   double map_spacing_m = 0.0;         ///< between the rays of return maps
   std::vector<Acquisition> views;     ///< of the training
@@ -104,24 +107,34 @@ void require_ground_at(const Model& model, const Box& matter_m, const ExtractOpt
                           low.x, high.x, low.y, high.y, low.z, high.z));
 }
 
+/// The distance alone bounds the body of a surface.
+void require_surface_options(const ExtractOptions& options) {
+  const char* const wrong = options.body == Body::shell ? "--shell" : options.threshold_per_m ? "--threshold" : nullptr;
+  if (wrong != nullptr)
+    throw UsageError(std::string(wrong) + ": the field of this model is a surface, which bounds the body without it; leave it out");
+}
+
 Setup set_up(const Model& model, const ExtractOptions& options) {
   Setup s;
   s.matter_m = model.field->occupied_box_m();
   if (s.matter_m.empty()) throw_without_matter(model);
   s.grid = dynamic_cast<const GridField*>(model.field.get());
   s.mlp = dynamic_cast<const MlpField*>(model.field.get());
-  if (s.grid == nullptr && s.mlp == nullptr)
-    throw UsageError("fields of the kind " + std::string(model.field->kind()) + " cannot be extracted");
+  s.surface = dynamic_cast<const SurfaceField*>(model.field.get());
+  if (s.surface != nullptr) require_surface_options(options);
   require_ground_at(model, s.matter_m, options);
   for (const DatasetView& view : model.info.training_views) s.views.push_back(acquisition_of(view, glm::dvec3(0.0)));
-  s.carving_views = spread_views(s.views, options.body == Body::solid ? options.most_views : 0);
+  const bool carves = s.surface == nullptr && options.body == Body::solid;
+  s.carving_views = spread_views(s.views, carves ? options.most_views : 0);
   const double field_voxel_m = model.field->voxel_size_m();
   // Two thirds of a learned voxel, which counts as two thirds of the cache's for `mlp`: finer maps show no more detail.
   s.map_spacing_m = (s.grid != nullptr ? 1.0 : 2.0 / 3.0) * 2.0 / 3.0 * field_voxel_m;
   if (options.resolution == 0) {
-    const double voxel_m = s.grid != nullptr ? field_voxel_m : field_voxel_m / 3.0;
-    s.lattice = lattice_over(s.matter_m, voxel_m,
-                             s.grid != nullptr ? s.grid->transform().origin_m : glm::dvec3(0.5 * voxel_m));
+    const double voxel_m = s.mlp != nullptr ? field_voxel_m / 3.0 : field_voxel_m;
+    const glm::dvec3 origin_m = s.grid != nullptr      ? s.grid->transform().origin_m
+                                : s.surface != nullptr ? s.surface->transform().origin_m
+                                                       : glm::dvec3(0.5 * voxel_m);
+    s.lattice = lattice_over(s.matter_m, voxel_m, origin_m);
   } else {
     require_voxels_within(s.matter_m, options);
     const Cube cube = cube_of(options, s.matter_m, model.info.aim_m);
@@ -182,6 +195,13 @@ ExtractionPlan plan_extraction(const Model& model, const ExtractOptions& options
   plan.part_outside = s.part_outside;
   plan.n_views = s.carving_views.size();
   plan.view_bytes = return_map_bytes(s.carving_views, s.matter_m, s.map_spacing_m);
+  if (s.surface != nullptr) {
+    const std::size_t n_bricks = bricks_of_surface(*s.surface, s.lattice).size();
+    plan.n_voxels = n_bricks * kBrickVoxels;
+    plan.voxel_bytes = surface_grid_bytes(n_bricks);
+    plan.grids = surface_grid_names();
+    return plan;
+  }
   FieldChannels channels = sampled_channels();
   if (s.grid != nullptr) {
     const LearnedVolume native = native_volume(*s.grid);
@@ -202,10 +222,59 @@ ExtractionPlan plan_extraction(const Model& model, const ExtractOptions& options
   return plan;
 }
 
-Extraction extract(const Model& model, const ExtractOptions& options) {
+namespace {
+
+/// Height relative to the aim point at which a body ends below, if it is known.
+std::optional<double> floor_of(const ExtractOptions& options, const LevelGround* ground, const glm::dvec3& aim_m) {
+  if (options.ground_height_m) return *options.ground_height_m - aim_m.y;
+  if (ground != nullptr) return ground->height_m;
+  return std::nullopt;
+}
+
+Box within(const Box& a, const Box& b) { return {glm::max(a.min, b.min), glm::min(a.max, b.max)}; }
+
+Extraction extract_surface(const Model& model, const Setup& setup, const ExtractOptions& options) {
   Stopwatch clock;
   Extraction result;
+  const glm::dvec3 aim_m = model.info.aim_m;
+  result.part_outside = setup.part_outside;
+  result.voxel_size_m = setup.lattice.transform.voxel_size_m;
+  result.box_m = setup.box_m(aim_m);
+  const std::optional<double> floor_m = floor_of(options, setup.surface->ground.get(), aim_m);
+  result.bottom_was_given = floor_m.has_value();
+  GridTransform in_world = setup.lattice.transform;
+  in_world.origin_m += aim_m;
+  result.volume = surface_grids(*setup.surface, setup.lattice, in_world, floor_m, options.max_memory_bytes, options.monitor);
+  result.seconds.body = clock.lap();
+
+  std::vector<Acquisition> views = setup.views;
+  for (Acquisition& view : views) view.aim_m = aim_m;
+  Contour surface = contour(result.volume, views, options.monitor);
+  result.mesh = std::move(surface.mesh);
+  result.n_components = surface.n_components;
+  result.n_unseen_components = surface.n_unseen;
+  const std::vector<std::uint8_t>& unseen = result.mesh.unseen;
+  const auto n_unseen = static_cast<double>(std::count(unseen.begin(), unseen.end(), std::uint8_t{1}));
+  if (!unseen.empty()) result.unseen_part = n_unseen / static_cast<double>(unseen.size());
+  result.bottom_m = aim_m.y + setup.matter_m.min.y;
+  if (!result.mesh.vertices_m.empty()) {
+    const auto lower = [](const glm::dvec3& a, const glm::dvec3& b) { return a.y < b.y; };
+    result.bottom_m = std::min_element(result.mesh.vertices_m.begin(), result.mesh.vertices_m.end(), lower)->y;
+  }
+  const Box matter_m{setup.matter_m.min + aim_m, setup.matter_m.max + aim_m};
+  result.volume.scene_box_m = within(matter_m, result.box_m);
+  describe(result.volume, model, options, result);
+  result.seconds.mesh = clock.lap();
+  return result;
+}
+
+}  // namespace
+
+Extraction extract(const Model& model, const ExtractOptions& options) {
   const Setup setup = set_up(model, options);
+  if (setup.surface != nullptr) return extract_surface(model, setup, options);
+  Stopwatch clock;
+  Extraction result;
   const glm::dvec3 aim_m = model.info.aim_m;
   const Box& matter_m = setup.matter_m;
   const GridField* const grid = setup.grid;
@@ -238,9 +307,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   const Occupancy matter = volume.occupancy();
   result.seconds.field = clock.lap();
 
-  std::optional<double> floor_m;
-  if (options.ground_height_m) floor_m = *options.ground_height_m - aim_m.y;
-  else if (grid != nullptr && grid->ground != nullptr) floor_m = grid->ground->height_m;
+  std::optional<double> floor_m = floor_of(options, grid != nullptr ? grid->ground.get() : nullptr, aim_m);
   result.bottom_was_given = floor_m.has_value();
   openvdb::FloatGrid::Ptr occupancy;
   if (options.body == Body::solid) {
@@ -259,7 +326,7 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   in_world.origin_m += aim_m;
   result.volume = volume_grids(learned, in_world, occupancy, options.resolution != 0);
   result.mesh = level_surface(*occupancy, 0.5);
-  result.volume.scene_box_m = {glm::max(matter_m.min + aim_m, result.box_m.min), glm::min(matter_m.max + aim_m, result.box_m.max)};
+  result.volume.scene_box_m = within({matter_m.min + aim_m, matter_m.max + aim_m}, result.box_m);
   describe(result.volume, model, options, result);
   result.seconds.mesh = clock.lap();
   return result;

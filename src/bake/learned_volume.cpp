@@ -19,9 +19,9 @@ namespace {
 
 bool before(const glm::ivec3& a, const glm::ivec3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
 
-void require_memory(std::size_t n_bricks, const FieldChannels& channels, double voxel_size_m, std::uint64_t max_memory_bytes) {
-  // Bricks, and the grids that are made of them.
-  const std::uint64_t needed = 2 * volume_bytes(n_bricks, channels);
+}  // namespace
+
+void require_memory(std::uint64_t needed, double voxel_size_m, std::uint64_t max_memory_bytes) {
   if (max_memory_bytes == 0 || needed <= max_memory_bytes) return;
   // Occupied voxels form a layer: twice as large voxels need a quarter of the memory.
   const double larger = voxel_size_m * std::sqrt(static_cast<double>(needed) / static_cast<double>(max_memory_bytes));
@@ -30,8 +30,6 @@ void require_memory(std::size_t n_bricks, const FieldChannels& channels, double 
                           static_cast<double>(needed) / 1048576.0, voxel_size_m,
                           static_cast<double>(max_memory_bytes) / 1048576.0, 1.1 * larger));
 }
-
-}  // namespace
 
 std::uint64_t volume_bytes(std::size_t n_bricks, const FieldChannels& channels) {
   return std::uint64_t{n_bricks} * kBrickVoxels * sizeof(float) * static_cast<std::uint64_t>(channels.count());
@@ -70,7 +68,8 @@ std::vector<glm::ivec3> bricks_with_matter(const Occupancy& occupancy, const Gri
 
 LearnedVolume empty_volume(const VoxelLattice& lattice, const FieldChannels& channels, std::span<const glm::ivec3> bricks,
                            std::uint64_t max_memory_bytes) {
-  require_memory(bricks.size(), channels, lattice.transform.voxel_size_m, max_memory_bytes);
+  // Bricks, and the grids that are made of them.
+  require_memory(2 * volume_bytes(bricks.size(), channels), lattice.transform.voxel_size_m, max_memory_bytes);
   LearnedVolume volume{BrickGrid<float>(lattice.transform, channels.count()), channels, 0.0};
   volume.grid.reserve_bricks(bricks.size());
   for (const glm::ivec3& brick : bricks) volume.grid.touch_brick(brick);

@@ -62,6 +62,9 @@ FieldChannels sampled_channels();
 /// Memory of so many bricks (bytes).
 std::uint64_t volume_bytes(std::size_t n_bricks, const FieldChannels& channels);
 
+/// Throws UsageError if `needed` bytes are more than allowed (0: unlimited). The message states which voxels would do.
+void require_memory(std::uint64_t needed, double voxel_size_m, std::uint64_t max_memory_bytes);
+
 /// Bricks of a lattice, ascending, in which some voxel lies in an occupied cell.
 std::vector<glm::ivec3> bricks_with_matter(const Occupancy& occupancy, const GridTransform& of_occupancy,
                                            const VoxelLattice& lattice);

@@ -117,9 +117,13 @@ void describe(VdbScene& volume, const Model& model, const ExtractOptions& option
   if (!options.model_sha256.empty()) volume.set_metadata("model_sha256", options.model_sha256);
   // As in render_view().
   if (options.resolution == 0 && model.field->kind() == "grid") volume.set_metadata("longest_segment_voxels", 1.0);
+  volume.set_metadata("bottom_m", extraction.bottom_m);
+  if (model.field->kind() == "surface") {
+    volume.set_metadata("body", std::string("surface"));
+    return;
+  }
   volume.set_metadata("body", std::string(options.body == Body::solid ? "solid" : "shell"));
   volume.set_metadata("threshold_per_m", extraction.threshold_per_m);
-  volume.set_metadata("bottom_m", extraction.bottom_m);
   if (options.body == Body::solid) volume.set_metadata("agreeing_share", extraction.agreeing_share);
   if (model.field->kind() == "mlp") volume.set_metadata("harmonics_residual", extraction.harmonics_residual);
 }

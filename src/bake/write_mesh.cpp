@@ -45,12 +45,15 @@ void append_little_endian(std::string& bytes, T bits) {
 std::string ply_bytes(const SurfaceMesh& mesh, std::string_view provenance) {
   std::string bytes = "ply\nformat binary_little_endian 1.0\n" + comments("comment", provenance) + "element vertex " +
                       std::to_string(mesh.vertices_m.size()) +
-                      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
+                      "\nproperty double x\nproperty double y\nproperty double z" +
+                      (mesh.unseen.empty() ? "" : "\nproperty uchar unseen") + "\nelement face " +
                       std::to_string(mesh.triangles.size()) +
                       "\nproperty list uchar int vertex_indices\nend_header\n";
-  bytes.reserve(bytes.size() + 24 * mesh.vertices_m.size() + 13 * mesh.triangles.size());
-  for (const glm::dvec3& vertex : mesh.vertices_m)
-    for (int axis = 0; axis < 3; ++axis) append_little_endian(bytes, std::bit_cast<std::uint64_t>(vertex[axis]));
+  bytes.reserve(bytes.size() + 25 * mesh.vertices_m.size() + 13 * mesh.triangles.size());
+  for (std::size_t v = 0; v < mesh.vertices_m.size(); ++v) {
+    for (int axis = 0; axis < 3; ++axis) append_little_endian(bytes, std::bit_cast<std::uint64_t>(mesh.vertices_m[v][axis]));
+    if (!mesh.unseen.empty()) bytes.push_back(static_cast<char>(mesh.unseen[v]));
+  }
   for (const glm::uvec3& triangle : mesh.triangles) {
     bytes.push_back(3);
     for (int n = 0; n < 3; ++n) append_little_endian(bytes, std::uint32_t{triangle[n]});

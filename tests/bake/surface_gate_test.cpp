@@ -16,12 +16,13 @@
 #include "sarnerf/scene/scene.h"
 #include "sarnerf/scene/surface_distance.h"
 #include "solid_meshes.h"
+#include "surface_scene.h"
 
 using namespace sarnerf;
 
 namespace {
 
-constexpr double kPixel_m = 0.3;
+constexpr double kPixel_m = test::kScenePixel_m;
 constexpr double kBand_m = 1.0;
 constexpr double kSoftness_m = 0.1 * kPixel_m;
 
@@ -46,34 +47,6 @@ SurfaceMesh torus(const glm::dvec3& centre, double radius, double tube) {
   return mesh;
 }
 
-/// One closed body whose brightness is the cosine of the incidence, about the origin.
-Scene scene_of(SurfaceMesh mesh) {
-  Box box;
-  for (const glm::dvec3& v : mesh.vertices_m) box.include(v);
-  // Off the lattice's symmetries.
-  mesh = test::moved(std::move(mesh), glm::dvec3(0.013, 0.037, -0.021) - box.centre());
-  Scene scene;
-  scene.mesh.vertices_m = mesh.vertices_m;
-  scene.mesh.triangles = mesh.triangles;
-  for (auto* index : {&scene.mesh.material, &scene.mesh.piece, &scene.mesh.group}) index->assign(mesh.triangles.size(), 0);
-  scene.pieces = {Piece{true, 0}};
-  scene.objects.resize(1);
-  scene.groups = {"body"};
-  scene.materials = {Material{}};
-  for (const glm::dvec3& v : mesh.vertices_m) scene.box.include(v);
-  return scene;
-}
-
-Acquisition view_from(double azimuth_rad) {
-  Acquisition a;
-  a.incidence_rad = 0.25 * std::numbers::pi;
-  a.azimuth_rad = azimuth_rad;
-  a.slant_range_m = 10'000.0;
-  a.n_azimuth = a.n_range = 80;
-  a.azimuth_spacing_m = a.range_spacing_m = kPixel_m;
-  return a;
-}
-
 /// A field around the scene's box; its distances are to be set.
 SurfaceField field_around(const Box& box_m) {
   const GridTransform transform{glm::dvec3(0.0), 0.5 * kPixel_m};
@@ -91,8 +64,7 @@ std::vector<float> distances(const SurfaceField& field, const SurfaceDistance& b
   std::vector<float> f(field.n_voxels());
   parallel_for(field.topology().n_bricks(), 4, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t v = begin * kBrickVoxels; v < end * kBrickVoxels; ++v) {
-      const glm::ivec3 voxel = field.topology().coordinate(static_cast<std::uint32_t>(v / kBrickVoxels)) * kBrickSide +
-                               voxel_in_brick(v % kBrickVoxels);
+      const glm::ivec3 voxel = field.topology().voxel(v);
       const glm::dvec3 point_m = field.transform().world_from_index(glm::dvec3(voxel)) - by_m;
       const NearestPoint near = body.nearest(point_m);
       f[v] = static_cast<float>(body.holds(point_m, near) ? -near.distance_m : near.distance_m);
@@ -132,10 +104,10 @@ TEST_CASE("the true body fits images better than bodies half a pixel wrong") {
       {"plate of two voxels", test::box_mesh({-5.0, 0.0, -4.0}, {5.0, kPixel_m, 4.0})},
   }));
   INFO(name);
-  const Scene scene = scene_of(mesh);
+  const Scene scene = test::scene_of(mesh);
   const SurfaceEngine engine(scene);
   std::vector<Image<float>> truth;
-  const std::vector<Acquisition> views{view_from(0.2), view_from(2.3), view_from(4.7)};
+  const std::vector<Acquisition> views{test::view_from(0.2), test::view_from(2.3), test::view_from(4.7)};
   for (const Acquisition& view : views) {
     Sampling sampling;
     sampling.n_slices = 9;
@@ -173,7 +145,7 @@ TEST_CASE("the true body fits images better than bodies half a pixel wrong") {
 
 TEST_CASE("an opaque plane lies where its distance says, to a centimetre, whatever its place on lattice and bins") {
   constexpr double kSharp_m = 0.01;
-  Acquisition view = view_from(0.3);
+  Acquisition view = test::view_from(0.3);
   view.n_azimuth = 1;
   view.n_range = 8;
   const RadarFrame frame = radar_frame(view);
@@ -189,8 +161,7 @@ TEST_CASE("an opaque plane lies where its distance says, to a centimetre, whatev
       const auto power_before_border = [&](double offset_m) {
         std::vector<float> f(field.n_voxels());
         for (std::size_t v = 0; v < f.size(); ++v) {
-          const glm::ivec3 voxel = field.topology().coordinate(static_cast<std::uint32_t>(v / kBrickVoxels)) * kBrickSide +
-                                   voxel_in_brick(v % kBrickVoxels);
+          const glm::ivec3 voxel = field.topology().voxel(v);
           f[v] = static_cast<float>(glm::dot(normal, field.transform().world_from_index(glm::dvec3(voxel)) - offset_m * frame.k));
         }
         set_distance(field, f);

@@ -27,17 +27,13 @@ BrickTopology cube_of_bricks(int n) {
   return topology;
 }
 
-glm::ivec3 voxel_at(const BrickTopology& topology, std::size_t v) {
-  return topology.coordinate(static_cast<std::uint32_t>(v / kBrickVoxels)) * kBrickSide + voxel_in_brick(v % kBrickVoxels);
-}
-
 std::size_t index_of(const BrickTopology& topology, const glm::ivec3& voxel) {
   return std::size_t{topology.find(brick_of_voxel(voxel))} * kBrickVoxels + static_cast<std::size_t>(offset_in_brick(voxel));
 }
 
 std::vector<float> values_of(const BrickTopology& topology, const std::function<double(const glm::dvec3&)>& f) {
   std::vector<float> values(topology.n_bricks() * kBrickVoxels);
-  for (std::size_t v = 0; v < values.size(); ++v) values[v] = static_cast<float>(f(glm::dvec3(voxel_at(topology, v))));
+  for (std::size_t v = 0; v < values.size(); ++v) values[v] = static_cast<float>(f(glm::dvec3(topology.voxel(v))));
   return values;
 }
 
@@ -68,7 +64,7 @@ TEST_CASE("1 - a d2 along each axis undoes smoothing") {
     for (int axis = 2; axis >= 0; --axis) {
       std::vector<double> next = undone;
       for (std::size_t v = 0; v < undone.size(); ++v) {
-        glm::ivec3 low = voxel_at(topology, v), high = low;
+        glm::ivec3 low = topology.voxel(v), high = low;
         if (low[axis] == -8 || high[axis] == 15) continue;
         --low[axis];
         ++high[axis];
@@ -78,7 +74,7 @@ TEST_CASE("1 - a d2 along each axis undoes smoothing") {
     }
     double worst = 0.0;
     for (std::size_t v = 0; v < undone.size(); ++v) {
-      const glm::ivec3 at = voxel_at(topology, v);
+      const glm::ivec3 at = topology.voxel(v);
       if (glm::any(glm::lessThan(at, glm::ivec3(-5))) || glm::any(glm::greaterThan(at, glm::ivec3(12)))) continue;
       worst = std::max(worst, std::abs(undone[v] - double{before[v]}));
     }
@@ -114,7 +110,7 @@ TEST_CASE("distances to a plane are exact, whatever its slope") {
       redistance(lines, 5.0f, values);
       double worst = 0.0, worst_near = 0.0;
       for (std::size_t v = 0; v < values.size(); ++v) {
-        const glm::ivec3 at = voxel_at(topology, v);
+        const glm::ivec3 at = topology.voxel(v);
         if (glm::any(glm::lessThan(at, glm::ivec3(-3))) || glm::any(glm::greaterThan(at, glm::ivec3(10)))) continue;
         const double expected = plane(glm::dvec3(at));
         const double error = std::abs(double{values[v]} - std::clamp(expected, -5.0, 5.0));
@@ -136,7 +132,7 @@ TEST_CASE("distances of a sphere, limited, with their signs") {
   // First differences see a curved surface from outside as farther away: within a voxel by h²/2R, and further out by more.
   double worst = 0.0, worst_near = 0.0;
   for (std::size_t v = 0; v < values.size(); ++v) {
-    const double expected = std::clamp(sphere(glm::dvec3(voxel_at(topology, v))), -4.0, 4.0);
+    const double expected = std::clamp(sphere(glm::dvec3(topology.voxel(v))), -4.0, 4.0);
     worst = std::max(worst, std::abs(double{values[v]} - expected));
     if (std::abs(expected) < 1.0) worst_near = std::max(worst_near, std::abs(double{values[v]} - expected));
     if (std::abs(expected) > 1e-3) CHECK((values[v] < 0.0f) == (expected < 0.0));

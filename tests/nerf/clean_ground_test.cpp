@@ -68,7 +68,7 @@ TEST_CASE("clean ground carves all space but what stands on it") {
   const Box& block = ground_scene_block();
   std::size_t n_active = 0, n_block = 0, n_far = 0;
   for (std::uint32_t v = 0; v < carved.active.size(); ++v) {
-    const glm::ivec3 voxel = carved.topology.coordinate(v / kBrickVoxels) * kBrickSide + voxel_in_brick(v);
+    const glm::ivec3 voxel = carved.topology.voxel(v);
     const glm::dvec3 p = transform.world_from_index(glm::dvec3(voxel));
     const bool active = carved.active[v] != 0;
     if (inside(block, p, -0.2)) CHECK(active);

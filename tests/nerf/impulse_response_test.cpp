@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "field/tensors.h"
 #include "files/archives.h"
 #include "ground_scene.h"
 #include "sarnerf/core/impulse_response.h"

@@ -165,7 +165,7 @@ TEST_CASE("what neither shines nor casts a shadow within the image is carved") {
   std::size_t n = 0;
   for (std::size_t v = 0; v < carved.active.size(); ++v) {
     if (carved.active[v] == 0) continue;
-    const glm::ivec3 voxel = carved.topology.coordinate(static_cast<std::uint32_t>(v / kBrickVoxels)) * kBrickSide + voxel_in_brick(v);
+    const glm::ivec3 voxel = carved.topology.voxel(v);
     const glm::dvec3 point_m = transform.world_from_index(glm::dvec3(voxel));
     if (point_m.y > 12.0 && std::abs(point_m.x) < 10.0 && std::abs(point_m.z) < 10.0) ++n;
   }

@@ -50,23 +50,29 @@ torch::Tensor random_pixels(std::size_t n, unsigned seed) {
 
 }  // namespace
 
-TEST_CASE("a pixel's loss is e² and its gradient holds the denominator constant") {
-  const auto check = [](const PixelLoss& loss, double rendered, double image) {
-    const double mu = std::max(0.0, rendered);
+TEST_CASE("a pixel's loss is the product of two errors, and its gradient holds the denominator constant") {
+  const auto check = [](const PixelLoss& loss, double first, double second, double image) {
+    const double mu = std::max(0.0, 0.5 * (first + second));
     const double d = std::sqrt(loss.relative * loss.relative * mu * mu + loss.absolute * loss.absolute);
-    const double e = (rendered - image) / d;
-    CHECK(loss.of(rendered, image).value == Approx(e * e).epsilon(1e-12));
+    const PixelLoss::Term term = loss.of(first, second, image);
+    CHECK(term.value == Approx((first - image) / d * (second - image) / d).epsilon(1e-12));
     // A squared loss of the same denominator is one whose denominator does not move.
     const PixelLoss held{0.0, d};
     const double step = 1e-6 * d;
-    const double difference = (held.of(rendered + step, image).value - held.of(rendered - step, image).value) / (2.0 * step);
-    CHECK(loss.of(rendered, image).gradient == Approx(difference).epsilon(1e-6).margin(1e-9 / d));
+    const auto difference = [&](double by_first, double by_second) {
+      return (held.of(first + by_first, second + by_second, image).value - held.of(first - by_first, second - by_second, image).value) /
+             (2.0 * step);
+    };
+    CHECK(term.by_first == Approx(difference(step, 0.0)).epsilon(1e-6).margin(1e-9 / d));
+    CHECK(term.by_second == Approx(difference(0.0, step)).epsilon(1e-6).margin(1e-9 / d));
   };
   for (const double scale : {1e-20, 0.7, 1e20}) {
     for (const double rendered : {-0.4, 0.0, 0.3, 5.0})
       for (const double image : {0.0, 0.3, 2.0, 40.0}) {
-        check({0.0, scale}, rendered * scale, image * scale);
-        check({0.7, scale}, rendered * scale, image * scale);
+        for (const double other : {rendered, 0.9 * rendered + 0.2}) {
+          check({0.0, scale}, rendered * scale, other * scale, image * scale);
+          check({0.7, scale}, rendered * scale, other * scale, image * scale);
+        }
       }
   }
 }
@@ -138,6 +144,32 @@ TEST_CASE("the gradient through a response agrees with central differences of th
   for (const std::int64_t n : {std::int64_t{3}, n_range / 2, n_range + n_range / 2, 2 * n_range + 40}) {
     constexpr double kStep = 0.5;
     CHECK((moved(n, kStep) - moved(n, -kStep)) / (2.0 * kStep) == Approx(loss.gradient[n].item<double>()).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("two renderings of the same pixels give what one gives, and their independent noise cancels in the mean") {
+  for (const bool through_response : {false, true}) {
+    const TrainingSet set = through_response ? speckled_ground(kGroundResolution) : small_set(4);
+    const std::array<RowReference, 2> rows{{{2, 3}, {2, 4}}};
+    const RowBatch batch = batch_of(set, rows);
+    const PixelLoss pixel{0.0, 0.25};
+    const torch::Tensor at = random_pixels(batch.image.size(), 9);
+    const auto n = static_cast<std::int64_t>(batch.image.size());
+    const DataLoss one = DataTerm(set, pixel).of(batch, at), two = DataTerm(set, pixel, 2).of(batch, at.repeat({2}));
+    CHECK(two.n_pixels == one.n_pixels);
+    CHECK(two.value == Approx(one.value).epsilon(1e-6));
+    CHECK(torch::allclose(two.gradient.narrow(0, 0, n) + two.gradient.narrow(0, n, n), one.gradient, 1e-4, 1e-6));
+
+    // Noise of standard deviation 0.1 in every pixel raises the mean of a square by its variance, but not that of a product.
+    double single = 0.0, product = 0.0;
+    constexpr int kDraws = 200;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      torch::manual_seed(draw);
+      const torch::Tensor noisy = torch::cat({at + 0.1 * torch::randn({n}), at + 0.1 * torch::randn({n})});
+      single += DataTerm(set, pixel).of(batch, noisy.narrow(0, 0, n)).value / kDraws;
+      product += DataTerm(set, pixel, 2).of(batch, noisy).value / kDraws;
+    }
+    CHECK(single - one.value > 10.0 * std::abs(product - one.value));
   }
 }
 

@@ -19,8 +19,7 @@ namespace {
 constexpr double kVoxel_m = 0.15, kRadius_m = 1.1;
 
 glm::dvec3 point_of(const SurfaceField& field, std::size_t v) {
-  const glm::ivec3 brick = field.topology().coordinate(static_cast<std::uint32_t>(v / kBrickVoxels));
-  return field.transform().world_from_index(glm::dvec3(brick * kBrickSide + voxel_in_brick(v % kBrickVoxels)));
+  return field.transform().world_from_index(glm::dvec3(field.topology().voxel(v)));
 }
 
 void set_distance(SurfaceField& field, const std::function<double(const glm::dvec3&)>& distance_m) {

@@ -24,8 +24,8 @@ enum class Body {
 };
 
 struct ExtractOptions {
-  /// Voxels along the side of a cube of `extent_m`. 0: all occupied voxels, on the learned lattice of the field `grid`, or
-  /// for `mlp` on voxels a third as wide as the cache's.
+  /// Voxels along the side of a cube of `extent_m`. 0: all occupied voxels, on the learned lattice of the fields `grid` and
+  /// `surface`, or for `mlp` on voxels a third as wide as the cache's.
   int resolution = 256;
   double extent_m = 20.0;
   /// Centre of the cube, world. Default: over the aim point, around the occupied voxels, or near their bottom if they are
@@ -66,6 +66,9 @@ struct Extraction {
   bool bottom_was_given = false;
   double agreeing_share = 0.0;          ///< fraction of the views containing a point that must see it empty; 0 for a shell
   double harmonics_residual = 0.0;      ///< of the field `mlp`: see docs/method/extraction.md
+  std::size_t n_components = 0;         ///< of the field `surface`: closed surfaces as contoured
+  std::size_t n_unseen_components = 0;  ///< of them, those that no view sees, which were removed
+  double unseen_part = 0.0;             ///< of the field `surface`: fraction of the mesh's vertices that no view sees
   double part_outside = 0.0;            ///< fraction of the occupied voxels' box, by volume, that the extent cuts off
   struct Seconds {
     double field = 0.0, body = 0.0, mesh = 0.0;
@@ -73,7 +76,8 @@ struct Extraction {
 };
 
 /// Extracts a learned field from its model: extinction and brightness as they were learned, the body that the training views
-/// see, and the body's surface. Throws UsageError for a field without occupied voxels, an extent that misses them or has
+/// see, and the body's surface. The body of the field `surface` is where its distance is below 0, and nothing else: no threshold,
+/// no view decides about it. The volume then is opaque below that level. Throws UsageError for a field without occupied voxels, an extent that misses them or has
 /// voxels wider than half of their box, a ground above them or farther below them than they are high, a threshold that leaves
 /// nothing, or more memory than allowed; Interrupted. Cost: docs/method/extraction.md.
 Extraction extract(const Model& model, const ExtractOptions& options);

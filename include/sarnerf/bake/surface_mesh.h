@@ -17,6 +17,7 @@ namespace sarnerf {
 struct SurfaceMesh {
   std::vector<glm::dvec3> vertices_m;
   std::vector<glm::uvec3> triangles;
+  std::vector<std::uint8_t> unseen{};  ///< of each vertex, 1 where no training view sees it; empty: unknown
 };
 
 /// Throws UsageError unless the path ends in .ply or .obj, in upper or lower case. To be called before long work.
@@ -26,6 +27,8 @@ void require_mesh_ending(const std::filesystem::path& path);
 /// double), by the path's ending. An existing file is replaced once the new one is complete. load_scene() reads back exactly
 /// the same triangles, in map coordinates, too. It renumbers vertices, unless they are in the order in which triangles first
 /// use them, as those of level_surface() are.
+///
+/// PLY has `unseen` as a property of vertices (uchar) where it is known.
 ///
 /// Comments at the top state units (m), up axis (Y) and `provenance`, one comment per line of it. The time and other
 /// things that differ from run to run are not written, so the same mesh and provenance give the same bytes.

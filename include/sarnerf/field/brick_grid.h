@@ -60,6 +60,8 @@ class BrickTopology {
 
   std::size_t n_bricks() const { return coordinates_.size(); }
   const glm::ivec3& coordinate(std::uint32_t brick) const { return coordinates_[brick]; }
+  /// The voxel of an index into arrays over the topology, brick × 512 + offset.
+  glm::ivec3 voxel(std::size_t index) const { return coordinates_[index / kBrickVoxels] * kBrickSide + voxel_in_brick(index); }
   const Neighbours& neighbours(std::uint32_t brick) const { return neighbours_[brick]; }
 
   /// All allocated memory, used or not.

@@ -15,6 +15,22 @@
 
 namespace sarnerf {
 
+/// How the field `surface` is laid out and learned. Bins are range bins of the finest image.
+struct SurfaceOptions {
+  double voxel_size_m = 0.15;
+  double albedo_bins = 4.0;        ///< voxels of the albedo
+  double initial_softness_bins = 1.0, final_softness_bins = 0.1;  ///< 1 / s
+  double anneal_until = 0.8;       ///< progress at which the softness is the final one
+  double step_bins = 0.25;         ///< largest step of the distance
+  double smoothing_bins2 = 3.0;    ///< a of the gradient's filter (1 − a ∂²)⁻¹, which is applied twice
+  double least_moment = 0.01;      ///< least root mean square of a parameter's gradient, as a part of the largest one
+  double beyond_hull_bins = 0.25;  ///< how far the surface may lie outside of the carved hull
+  int redistance_steps = 25;       ///< steps between two redistancings
+  int refresh_steps = 5;           ///< steps between two updates of the occupied space
+  int reached_steps = 50;          ///< voxels that no ray has reached for so many steps keep their distance
+  double albedo_rate = 0.05, exponent_rate = 0.02;
+};
+
 /// The field `surface`: an opaque body bounded by the level 0 of a signed distance f (m, negative inside), and the brightness of
 /// its surface.
 ///
@@ -56,6 +72,8 @@ class SurfaceField : public LearnedField {
   void set_sharpness(double per_m) { sharpness_per_m_ = per_m; }
   /// Finds the occupied space anew, after the distance or the sharpness has changed.
   void refresh();
+  /// Restores the occupied space of a former refresh(), after which cache().extinction_per_m() had these values.
+  void restore_cache(std::span<const float> extinction_per_m) { cache_.refresh(extinction_per_m, 0.0); }
 
   const BrickTopology& topology() const { return cache_.topology(); }
   const GridTransform& transform() const { return transform_; }
@@ -64,7 +82,9 @@ class SurfaceField : public LearnedField {
   const OccupancyGrid& cache() const { return cache_; }
   std::size_t n_voxels() const { return topology().n_bricks() * kBrickVoxels; }
   double most_band_m() const { return most_band_m_; }
-  double band_m() const;  ///< distance beyond which space is left out
+  /// Distance beyond which space is left out, at a sharpness where the grid's band is wide enough, and now.
+  static double band_m(double sharpness_per_m);
+  double band_m() const;
 
   /// Ground on which rays end; null if there is none.
   std::shared_ptr<const LevelGround> ground;

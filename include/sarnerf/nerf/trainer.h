@@ -11,16 +11,19 @@
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/mlp_field.h"
+#include "sarnerf/nerf/surface_field.h"
 #include "sarnerf/nerf/training_set.h"
 
 namespace sarnerf {
 
 /// How a field is learned. Lengths along and between rays are in voxels of the field.
 struct TrainerOptions {
-  std::string field = "grid";  ///< or "mlp"
+  std::string field = "grid";  ///< or "mlp", "surface"
   GridOptions grid;            ///< of the field `grid`
   MlpOptions mlp;              ///< of the field `mlp`
+  SurfaceOptions surface;      ///< of the field `surface`
   int rows_per_step = 140;     ///< azimuth rows, drawn from all views without repetition until all have had their turn
+  int renderings = 1;          ///< of each row in a step, from rays of its own; 2: the loss is free of their variance (E8)
   double ray_spacing = 1.4;    ///< wider than a voxel: where rays lie changes from step to step
   double most_ray_spacing_bins = 1.3;  ///< limit of the same, in range bins
   double longest_segment = 1.0;

@@ -8,6 +8,7 @@
 #include <torch/csrc/autograd/custom_function.h>
 
 #include "field/rows.h"
+#include "field/tensors.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/field/field_sampler.h"
@@ -203,10 +204,6 @@ struct Pass : torch::CustomClassHolder {
   GridField::Memory memory;
   std::optional<RowRenderer> renderer;
 };
-
-std::span<float> numbers(const torch::Tensor& tensor) {
-  return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
-}
 
 /// RowRenderer as an autograd function of LibTorch.
 struct RenderRows : torch::autograd::Function<RenderRows> {

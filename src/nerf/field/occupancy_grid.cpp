@@ -145,14 +145,6 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const
   return carved;
 }
 
-namespace {
-
-glm::ivec3 voxel_at(const BrickTopology& topology, std::uint32_t place) {
-  return topology.coordinate(place / kBrickVoxels) * kBrickSide + voxel_in_brick(place);
-}
-
-}  // namespace
-
 OccupancyGrid::OccupancyGrid(const GridTransform& transform, CarvedVoxels voxels)
     : transform_(transform),
       topology_(std::move(voxels.topology)),
@@ -166,7 +158,7 @@ std::vector<glm::vec3> OccupancyGrid::points_m() const {
   std::vector<glm::vec3> points;
   points.reserve(places_.size());
   for (const std::uint32_t place : places_)
-    points.emplace_back(transform_.world_from_index(glm::dvec3(voxel_at(topology_, place))));
+    points.emplace_back(transform_.world_from_index(glm::dvec3(topology_.voxel(place))));
   return points;
 }
 
@@ -185,7 +177,7 @@ std::vector<std::uint8_t> OccupancyGrid::dilated(std::span<const std::uint8_t> m
     step[axis] = 1;
     for (std::uint32_t place = 0; place < before.size(); ++place) {
       if (before[place] == 0) continue;
-      const glm::ivec3 voxel = voxel_at(topology_, place);
+      const glm::ivec3 voxel = topology_.voxel(place);
       for (const glm::ivec3& next : {voxel - step, voxel + step}) {
         const glm::ivec3 brick = brick_of_voxel(next);
         const std::uint32_t number =

@@ -10,6 +10,7 @@
 #include <torch/csrc/jit/serialization/pickle.h>
 #include <zip.h>
 
+#include "field/tensors.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/nerf/learned_field.h"
@@ -109,19 +110,6 @@ Json text_of(const Archive& archive, const std::string& name, const std::string&
   const Json text = Json::parse(archive.json, nullptr, false);
   if (!text.is_object()) throw CheckpointError(where + ": its text is no JSON object");
   return member<Json>(text, name, where);
-}
-
-torch::Tensor tensor_of(const Image<float>& image) {
-  torch::Tensor pixels = torch::empty({image.n_azimuth(), image.n_range()}, torch::kFloat);
-  std::copy(image.pixels().begin(), image.pixels().end(), pixels.data_ptr<float>());
-  return pixels;
-}
-
-Image<float> image_of(const torch::Tensor& pixels) {
-  const torch::Tensor whole = pixels.contiguous();
-  Image<float> image(static_cast<int>(whole.size(0)), static_cast<int>(whole.size(1)));
-  std::copy_n(whole.data_ptr<float>(), whole.numel(), image.pixels().begin());
-  return image;
 }
 
 void add_ground(Archive& archive, const LevelGround& ground) {

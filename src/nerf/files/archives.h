@@ -37,10 +37,6 @@ T member(const Json& object, const std::string& name, const std::string& where) 
   }
 }
 
-/// A copy of an image's pixels, [n_azimuth, n_range] float32, and its inverse.
-torch::Tensor tensor_of(const Image<float>& image);
-Image<float> image_of(const torch::Tensor& pixels);
-
 /// Adds a ground to an archive, and reads it back: null if the archive has none. Throws CheckpointError for a damaged one.
 void add_ground(Archive& archive, const LevelGround& ground);
 std::shared_ptr<const LevelGround> ground_of(const Archive& archive, const std::string& where);

@@ -10,6 +10,7 @@
 #include <torch/csrc/autograd/custom_function.h>
 
 #include "field/rows.h"
+#include "field/tensors.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/row_renderer.h"
 
@@ -125,10 +126,6 @@ struct Pass : torch::CustomClassHolder {
   RowSegments segments;
   Integrator integrator;
 };
-
-std::span<float> numbers(const torch::Tensor& tensor) {
-  return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
-}
 
 /// RowSegments as an autograd function of LibTorch.
 struct IntegrateRows : torch::autograd::Function<IntegrateRows> {

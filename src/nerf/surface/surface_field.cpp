@@ -7,6 +7,7 @@
 #include <torch/csrc/autograd/custom_function.h>
 
 #include "field/rows.h"
+#include "field/tensors.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
@@ -56,7 +57,9 @@ SurfaceField::SurfaceField(const GridTransform& transform, BrickTopology topolog
   refresh();
 }
 
-double SurfaceField::band_m() const { return std::min(most_band_m_ - transform_.voxel_size_m, kBandSharpnesses / sharpness_per_m_); }
+double SurfaceField::band_m(double sharpness_per_m) { return kBandSharpnesses / sharpness_per_m; }
+
+double SurfaceField::band_m() const { return std::min(most_band_m_ - transform_.voxel_size_m, band_m(sharpness_per_m_)); }
 
 void SurfaceField::refresh() {
   const float* const f = distance.data_ptr<float>();
@@ -169,10 +172,6 @@ Segment segment(double near_m, double far_m, double length_m, double sharpness_p
 
 BrickView<const float> view_of(const SurfaceField& field, std::span<const float> distance) {
   return {&field.topology(), field.transform(), 1, distance};
-}
-
-std::span<float> numbers(const torch::Tensor& tensor) {
-  return {tensor.data_ptr<float>(), static_cast<std::size_t>(tensor.numel())};
 }
 
 BrickView<const float> albedo_of(const SurfaceField& field) {

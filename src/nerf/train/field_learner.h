@@ -40,4 +40,7 @@ std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const Trainer
 std::unique_ptr<FieldLearner> make_mlp_learner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed,
                                                const Monitor& monitor);
 
+/// The learner of a SurfaceField.
+std::unique_ptr<FieldLearner> make_surface_learner(const TrainingSet& set, const SurfaceOptions& options, const Monitor& monitor);
+
 }  // namespace sarnerf

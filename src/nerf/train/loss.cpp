@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "field/tensors.h"
 #include "files/archives.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
@@ -13,9 +14,9 @@
 
 namespace sarnerf {
 
-PixelLoss::Term PixelLoss::of(double rendered, double image) const {
-  const double d = denominator(rendered), error = (rendered - image) / d;
-  return {error * error, 2.0 * error / d};
+PixelLoss::Term PixelLoss::of(double first, double second, double image) const {
+  const double d = denominator(0.5 * (first + second)), e = (first - image) / d, other = (second - image) / d;
+  return {e * other, other / d, e / d};
 }
 
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options) {
@@ -41,15 +42,16 @@ std::string loss_text(const TrainingSet& set, const TrainerOptions& options) {
 
 namespace {
 
-/// Adds the term of one pixel to a loss, and returns its gradient.
-float add_pixel(DataLoss& loss, const PixelLoss& pixel, float rendered, float image) {
-  const double mu = double{rendered}, seen = double{image};
-  const PixelLoss::Term term = pixel.of(mu, seen);
+/// Adds the term of one pixel to a loss, and its derivatives to those by the two renderings, which may be the same.
+void add_pixel(DataLoss& loss, const PixelLoss& pixel, float first, float second, float image, float& by_first, float& by_second) {
+  const double mu = 0.5 * (double{first} + double{second}), seen = double{image};
+  const PixelLoss::Term term = pixel.of(double{first}, double{second}, seen);
   loss.value += term.value;
   loss.square_error += (mu - seen) * (mu - seen);
   loss.image_square += seen * seen;
   ++loss.n_pixels;
-  return static_cast<float>(term.gradient);
+  by_first += static_cast<float>(term.by_first);
+  by_second += static_cast<float>(term.by_second);
 }
 
 /// Rows of a block over the distance within which a response has all but 1 % of its energy: three quarters of the rows then
@@ -58,7 +60,9 @@ constexpr int kBlockOfBorders = 8;
 
 }  // namespace
 
-DataTerm::DataTerm(const TrainingSet& set, const PixelLoss& pixel) : pixel_(pixel) {
+DataTerm::DataTerm(const TrainingSet& set, const PixelLoss& pixel, int n_renderings)
+    : pixel_(pixel), n_renderings_(static_cast<std::size_t>(n_renderings)) {
+  if (n_renderings != 1 && n_renderings != 2) throw UsageError("rows can be rendered once or twice a step");
   if (!is_through_response(set)) return;
   const auto matrices = response_matrices(set.images, *set.resolution);
   // Views of one kind share their matrices' memory: narrow() copies nothing.
@@ -67,35 +71,38 @@ DataTerm::DataTerm(const TrainingSet& set, const PixelLoss& pixel) : pixel_(pixe
     const ResponseMatrix& m = *matrices[v];
     rows_of_a_block_ = std::max(rows_of_a_block_, static_cast<std::uint32_t>(kBlockOfBorders * m.border.azimuth));
     views_.push_back({m.azimuth.narrow(1, m.border.azimuth, image.power.n_azimuth()),
-                      m.range.narrow(0, m.border.range, image.power.n_range()), {}, {}, {}, m.border.azimuth, {}});
+                      m.range.narrow(0, m.border.range, image.power.n_range()), {}, std::vector<Rendering>(n_renderings_),
+                      m.border.azimuth, {}});
   }
   update(set, {}, {});
 }
 
 void DataTerm::update(const TrainingSet& set, std::span<const RowReference> rows, std::span<const LayoverShadowWindow> windows) {
   if (views_.empty()) return;
-  std::vector<torch::Tensor> before;
-  std::vector<float> level;
+  std::vector<std::vector<Rendering>> before;
+  std::vector<float> level;  // beyond the borders
   for (std::size_t v = 0; v < views_.size(); ++v) {
     const PosedImage& image = set.images[v];
-    before.push_back(std::exchange(views_[v].rendered, tensor_of(ground_image(*set.ground->plane, image.acquisition))));
-    level.push_back(views_[v].rendered.mean().item<float>());
-    views_[v].learned.assign(static_cast<std::size_t>(image.power.n_azimuth()), 0);
-    views_[v].image = tensor_of(image.power);
+    View& view = views_[v];
+    const torch::Tensor ground = tensor_of(ground_image(*set.ground->plane, image.acquisition));
+    level.push_back(ground.mean().item<float>());
+    before.push_back(view.renderings);
+    for (Rendering& of : view.renderings) of.rendered = ground.clone();
+    view.image = tensor_of(image.power);
+    view.learned.assign(static_cast<std::size_t>(image.power.n_azimuth()), 0);
   }
   for (const RowReference& r : rows) {
-    views_[r.view].learned[r.row] = 1;
+    View& view = views_[r.view];
+    view.learned[r.row] = 1;
     const LayoverShadowWindow& w = windows[r.view];
-    const auto row = [&](const torch::Tensor& view) {
-      return view.select(0, r.row).slice(0, w.first_bin, std::max(w.first_bin, w.end_bin));
+    const auto row = [&](const torch::Tensor& of) {
+      return of.select(0, r.row).slice(0, w.first_bin, std::max(w.first_bin, w.end_bin));
     };
-    row(views_[r.view].rendered).copy_(row(before[r.view]));
+    for (std::size_t n = 0; n < n_renderings_; ++n) row(view.renderings[n].rendered).copy_(row(before[r.view][n].rendered));
   }
-  for (std::size_t v = 0; v < views_.size(); ++v) {
-    // Beyond the borders lies the ground's mean.
-    View& view = views_[v];
-    view.seen = view.azimuth.matmul(view.rendered - level[v]).matmul(view.range) + level[v];
-  }
+  for (std::size_t v = 0; v < views_.size(); ++v)
+    for (Rendering& of : views_[v].renderings)
+      of.seen = views_[v].azimuth.matmul(of.rendered - level[v]).matmul(views_[v].range) + level[v];
 }
 
 DataLoss DataTerm::of(const RowBatch& batch, const torch::Tensor& rendered) {
@@ -106,12 +113,11 @@ DataLoss DataTerm::of(const RowBatch& batch, const torch::Tensor& rendered) {
 
 DataLoss DataTerm::of_rows(const RowBatch& batch, const float* rendered) const {
   DataLoss loss;
-  loss.gradient = torch::zeros({static_cast<std::int64_t>(batch.counts.size())}, torch::kFloat);
-  float* const gradient = loss.gradient.data_ptr<float>();
-  for (std::size_t n = 0; n < batch.counts.size(); ++n) {
-    if (batch.counts[n] == 0) continue;
-    gradient[n] = add_pixel(loss, pixel_, rendered[n], batch.image[n]);
-  }
+  const std::size_t n_pixels = batch.counts.size(), second = (n_renderings_ - 1) * n_pixels;
+  loss.gradient = torch::zeros({static_cast<std::int64_t>(n_renderings_ * n_pixels)}, torch::kFloat);
+  float* const by = loss.gradient.data_ptr<float>();
+  for (std::size_t n = 0; n < n_pixels; ++n)
+    if (batch.counts[n] != 0) add_pixel(loss, pixel_, rendered[n], rendered[second + n], batch.image[n], by[n], by[second + n]);
   return loss;
 }
 
@@ -122,7 +128,7 @@ struct RowsOfView {
   std::vector<std::int64_t> rows;
   std::vector<std::size_t> first_pixel;  ///< of each, in the batch
   torch::Tensor azimuth;                 ///< their rows of A, [n_rows, n_azimuth]
-  torch::Tensor gradient;                ///< 2 e / d of the whole view, 0 in rows that do not count
+  std::vector<torch::Tensor> gradient;   ///< of each rendering, ∂loss/∂(B f) of the whole view, 0 in rows that do not count
   DataLoss loss;
 };
 
@@ -149,62 +155,71 @@ DataLoss DataTerm::through_response(const RowBatch& batch, const float* rendered
     RowsOfView& part = of_view[r.view];
     part.rows.push_back(r.row);
     part.first_pixel.push_back(first);
-    first += static_cast<std::size_t>(views_[r.view].rendered.size(1));
+    first += static_cast<std::size_t>(views_[r.view].image.size(1));
   }
+  const std::size_t n_pixels = batch.counts.size();
   // B f changes by B of what the rows change by: products of a few rows instead of whole images.
   for (auto& [v, part] : of_view) {
     View& view = views_[v];
-    const std::int64_t n_range = view.rendered.size(1);
     part.azimuth = view.azimuth.index_select(0, torch::tensor(part.rows));
-    torch::Tensor change = torch::zeros({static_cast<std::int64_t>(part.rows.size()), n_range});
-    for (std::size_t n = 0; n < part.rows.size(); ++n) {
-      float* const row = view.rendered.data_ptr<float>() + part.rows[n] * n_range;
-      float* const by = change.data_ptr<float>() + static_cast<std::int64_t>(n) * n_range;
-      for (std::int64_t j = 0; j < n_range; ++j) {
-        const std::size_t pixel = part.first_pixel[n] + static_cast<std::size_t>(j);
-        if (batch.counts[pixel] == 0) continue;
-        by[j] = rendered[pixel] - row[j];
-        row[j] = rendered[pixel];
+    for (std::size_t r = 0; r < n_renderings_; ++r) {
+      Rendering& of = view.renderings[r];
+      const std::int64_t n_range = of.rendered.size(1);
+      torch::Tensor change = torch::zeros({static_cast<std::int64_t>(part.rows.size()), n_range});
+      for (std::size_t n = 0; n < part.rows.size(); ++n) {
+        float* const row = of.rendered.data_ptr<float>() + part.rows[n] * n_range;
+        float* const by = change.data_ptr<float>() + static_cast<std::int64_t>(n) * n_range;
+        for (std::int64_t j = 0; j < n_range; ++j) {
+          const std::size_t pixel = part.first_pixel[n] + static_cast<std::size_t>(j);
+          if (batch.counts[pixel] == 0) continue;
+          const float now = rendered[r * n_pixels + pixel];
+          by[j] = now - row[j];
+          row[j] = now;
+        }
       }
+      of.seen.addmm_(part.azimuth.t(), change.matmul(view.range));
+      part.gradient.push_back(torch::zeros_like(of.seen));
     }
-    view.seen.addmm_(part.azimuth.t(), change.matmul(view.range));
-    part.gradient = torch::empty_like(view.seen);
   }
   std::vector<std::pair<const View*, RowsOfView*>> list;
   for (auto& [v, part] : of_view) list.emplace_back(&views_[v], &part);
   parallel_for(list.size(), 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
       const auto& [view, part] = list[n];
-      const float* const mu = view->seen.data_ptr<float>();
+      const float* const first_mu = view->renderings.front().seen.data_ptr<float>();
+      const float* const second_mu = view->renderings.back().seen.data_ptr<float>();
       const float* const image = view->image.data_ptr<float>();
-      float* const gradient = part->gradient.data_ptr<float>();
-      const std::int64_t n_range = view->seen.size(1);
+      float* const by_first = part->gradient.front().data_ptr<float>();
+      float* const by_second = part->gradient.back().data_ptr<float>();
+      const std::int64_t n_range = view->image.size(1);
       const std::vector<std::uint8_t> counted = counted_rows(view->learned, part->rows, view->border);
-      for (std::int64_t row = 0; row < view->seen.size(0); ++row) {
-        const bool counts = counted[static_cast<std::size_t>(row)] != 0;
+      for (std::int64_t row = 0; row < view->image.size(0); ++row) {
+        if (counted[static_cast<std::size_t>(row)] == 0) continue;
         for (std::int64_t p = row * n_range; p < (row + 1) * n_range; ++p)
-          gradient[p] = counts ? add_pixel(part->loss, pixel_, mu[p], image[p]) : 0.0f;
+          add_pixel(part->loss, pixel_, first_mu[p], second_mu[p], image[p], by_first[p], by_second[p]);
       }
     }
   });
   DataLoss loss;
-  loss.gradient = torch::zeros({static_cast<std::int64_t>(batch.counts.size())}, torch::kFloat);
-  float* const gradient = loss.gradient.data_ptr<float>();
+  loss.gradient = torch::zeros({static_cast<std::int64_t>(n_renderings_ * n_pixels)}, torch::kFloat);
   for (const auto& [view, part] : list) {
     loss.value += part->loss.value;
     loss.square_error += part->loss.square_error;
     loss.image_square += part->loss.image_square;
     loss.n_pixels += part->loss.n_pixels;
-    const torch::Tensor back = part->azimuth.matmul(part->gradient).matmul(view->range).contiguous();
-    const std::int64_t n_range = view->rendered.size(1);
-    for (std::size_t n = 0; n < part->rows.size(); ++n) {
-      // A row that comes twice in the batch: B f has the later rendering.
-      if (std::find(part->rows.begin() + static_cast<std::ptrdiff_t>(n) + 1, part->rows.end(), part->rows[n]) != part->rows.end())
-        continue;
-      const float* const row = back.data_ptr<float>() + static_cast<std::int64_t>(n) * n_range;
-      for (std::int64_t j = 0; j < n_range; ++j) {
-        const std::size_t pixel = part->first_pixel[n] + static_cast<std::size_t>(j);
-        if (batch.counts[pixel] != 0) gradient[pixel] = row[j];
+    for (std::size_t r = 0; r < n_renderings_; ++r) {
+      float* const gradient = loss.gradient.data_ptr<float>() + r * n_pixels;
+      const torch::Tensor back = part->azimuth.matmul(part->gradient[r]).matmul(view->range).contiguous();
+      const std::int64_t n_range = back.size(1);
+      for (std::size_t n = 0; n < part->rows.size(); ++n) {
+        // A row that comes twice in the batch: B f has the later rendering.
+        if (std::find(part->rows.begin() + static_cast<std::ptrdiff_t>(n) + 1, part->rows.end(), part->rows[n]) != part->rows.end())
+          continue;
+        const float* const row = back.data_ptr<float>() + static_cast<std::int64_t>(n) * n_range;
+        for (std::int64_t j = 0; j < n_range; ++j) {
+          const std::size_t pixel = part->first_pixel[n] + static_cast<std::size_t>(j);
+          if (batch.counts[pixel] != 0) gradient[pixel] = row[j];
+        }
       }
     }
   }
@@ -221,10 +236,11 @@ void DataTerm::save(Archive& archive) const {
   if (views_.empty()) return;
   // Views may differ in size: their pixels stand one behind the other.
   std::vector<torch::Tensor> rendered, seen;
-  for (const View& view : views_) {
-    rendered.push_back(view.rendered.flatten());
-    seen.push_back(view.seen.flatten());
-  }
+  for (const View& view : views_)
+    for (const Rendering& of : view.renderings) {
+      rendered.push_back(of.rendered.flatten());
+      seen.push_back(of.seen.flatten());
+    }
   archive.tensors[kRendered] = torch::cat(rendered);
   archive.tensors[kSeen] = torch::cat(seen);
 }
@@ -234,16 +250,18 @@ void DataTerm::restore(const Archive& archive, const std::string& where) {
   const torch::Tensor rendered = archive.tensor(kRendered, torch::kFloat, 1, where);
   const torch::Tensor seen = archive.tensor(kSeen, torch::kFloat, 1, where);
   std::int64_t n_pixels = 0;
-  for (const View& view : views_) n_pixels += view.rendered.numel();
+  for (const View& view : views_) n_pixels += static_cast<std::int64_t>(n_renderings_) * view.image.numel();
   if (rendered.numel() != n_pixels || seen.numel() != n_pixels)
     throw CheckpointError(where + ": the rendered rows are those of other images");
   std::int64_t first = 0;
   for (View& view : views_) {
-    const std::int64_t n = view.rendered.numel();
-    const auto take = [&](const torch::Tensor& flat) { return flat.narrow(0, first, n).view(view.rendered.sizes()).clone(); };
-    view.seen = take(seen);
-    view.rendered = take(rendered);
-    first += n;
+    const auto take = [&](const torch::Tensor& flat) {
+      return flat.narrow(0, first, view.image.numel()).view(view.image.sizes()).clone();
+    };
+    for (Rendering& of : view.renderings) {
+      of = {take(rendered), take(seen)};
+      first += view.image.numel();
+    }
   }
 }
 

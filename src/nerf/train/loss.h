@@ -18,15 +18,18 @@
 
 // What learning minimises (docs/method/equations.md, E8), its value and its gradient:
 //
-//     L = Σ_pixels e²,        e = (μ − I) / d
+//     L = Σ_pixels e e',      e = (μ − I) / d
 //
-// μ is the power that the field renders, I the image. There is no prior: none passed the ablation (docs/results/ablation.md).
+// μ is the power that the field renders, I the image, and e' the error of another rendering of the same pixels from rays of its
+// own, or e itself. Rays of one rendering are few, and the square of its error contains their variance: the field that minimises
+// it is biased towards one that renders with less noise. The product of two independent errors has the mean (E μ − I)², without
+// it. There is no prior: none passed the ablation (docs/results/ablation.md).
 
 namespace sarnerf {
 
-/// The square of one pixel's error e = (μ − I) / d, in units of its standard deviation:
+/// The product e e' of one pixel's errors (μ − I) / d in two renderings, in units of an error's standard deviation:
 ///
-///     d² = relative² sg(μ)² + absolute²        sg(μ): max(0, μ), held constant
+///     d² = relative² sg(μ)² + absolute²        sg(μ): max(0, mean of both), held constant
 ///
 /// relative = 0 is printed eq. 31 in units of `absolute`. Else, with d = sg(μ) + ε instead, it is RawNeRF's (Mildenhall et
 /// al. 2022).
@@ -40,10 +43,10 @@ struct PixelLoss {
   }
 
   struct Term {
-    double value;     ///< e²
-    double gradient;  ///< ∂e²/∂μ with d held constant
+    double value;                ///< e e'
+    double by_first, by_second;  ///< derivatives by the two renderings with d held constant
   };
-  Term of(double rendered, double image) const;
+  Term of(double first, double second, double image) const;
 };
 
 /// Over a level ground of mean power c, seen with L looks (∞ where images are clean), with m the option `misfit`:
@@ -57,17 +60,17 @@ PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options);
 /// Azimuth rows of several views, their pixels one behind the other.
 struct RowBatch {
   std::vector<RowReference> rows;
-  std::vector<RowRequest> requests;
+  std::vector<RowRequest> requests;  ///< of all rows in their order, for each rendering one behind the other
   std::vector<float> image;          ///< I
   std::vector<std::uint8_t> counts;  ///< 0 for pixels whose rays are not rendered
 };
 
 /// The data term of a batch: a value and its gradient.
 struct DataLoss {
-  double value = 0.0;           ///< Σ e² over n_pixels pixels
+  double value = 0.0;           ///< Σ e e' over n_pixels pixels
   std::size_t n_pixels = 0;
-  torch::Tensor gradient;       ///< ∂value/∂(rendered pixel) of the batch, [n]; 0 for pixels that do not count
-  double square_error = 0.0;    ///< Σ (μ − I)² over the same pixels, whatever d is
+  torch::Tensor gradient;       ///< ∂value/∂(rendered pixel), [renderings × n]; 0 for pixels that do not count
+  double square_error = 0.0;    ///< Σ (μ − I)² over the same pixels, μ the mean of the renderings, whatever d is
   double image_square = 0.0;    ///< Σ I²: the square error of a black image
 
   double per_pixel(double sum) const { return sum / static_cast<double>(std::max<std::size_t>(1, n_pixels)); }
@@ -79,7 +82,7 @@ struct DataLoss {
 /// the model, μ = B f with f what the field renders, and the value is that of the views that have rows in the
 /// batch:
 ///
-///     value = Σ [(B f − I) / d]²,      ∂ value / ∂ f = Bᵀ [2 e / d]
+///     value = Σ e e',      e = (B f − I) / d,      ∂ value / ∂ f = Bᵀ [e' / d]
 ///
 /// over the rows of these views whose neighbours, as far as the response reaches, are all rendered in this batch or never change.
 /// (Counting rows beside old ones makes a field too bright: it makes up for neighbours that are not there yet.)
@@ -89,9 +92,9 @@ struct DataLoss {
 /// times a matrix of the image's size for each axis, and the pixels of all their views.
 class DataTerm {
  public:
-  /// Through the set's impulse response where the images are not deconvolved. `set` is not kept. Throws UsageError where a
-  /// spacing under-samples the resolution.
-  DataTerm(const TrainingSet& set, const PixelLoss& pixel);
+  /// Through the set's impulse response where the images are not deconvolved. `n_renderings`: 1, or 2 independent ones of each
+  /// row. `set` is not kept. Throws UsageError where a spacing under-samples the resolution.
+  DataTerm(const TrainingSet& set, const PixelLoss& pixel, int n_renderings = 1);
 
   const PixelLoss& pixel() const { return pixel_; }
   /// Neighbouring rows that a batch should have together: 1, or through a response so many that most of them have all the rows in
@@ -102,7 +105,7 @@ class DataTerm {
   /// in their view's window is kept, and the rest is the ground: no voxel can change it.
   void update(const TrainingSet& set, std::span<const RowReference> rows, std::span<const LayoverShadowWindow> windows);
 
-  /// `rendered`: pixels of the batch's rows as the field has them, [n] float32.
+  /// `rendered`: pixels of the batch's rows as the field has them, [n] float32 for each rendering, one behind the other.
   DataLoss of(const RowBatch& batch, const torch::Tensor& rendered);
 
   /// Rows that were rendered last, under "rendered_rows" and "seen_rows", where there is a response; and back. Throws
@@ -111,10 +114,14 @@ class DataTerm {
   void restore(const Archive& archive, const std::string& where);
 
  private:
+  struct Rendering {
+    torch::Tensor rendered;  ///< f
+    torch::Tensor seen;      ///< B f, kept up to date as rows of f change
+  };
   struct View {
     torch::Tensor azimuth, range;  ///< A [n_azimuth, n_azimuth] and R [n_range, n_range], symmetric: B f = A f R
-    torch::Tensor image, rendered;  ///< I and f
-    torch::Tensor seen;             ///< B f, kept up to date as rows of f change
+    torch::Tensor image;           ///< I
+    std::vector<Rendering> renderings;
     int border = 0;                 ///< rows within which the response has all but 1 % of its energy
     std::vector<std::uint8_t> learned;  ///< of each row: 1 if voxels can change it
   };
@@ -122,6 +129,7 @@ class DataTerm {
   DataLoss through_response(const RowBatch& batch, const float* rendered);
 
   PixelLoss pixel_;
+  std::size_t n_renderings_;
   std::uint32_t rows_of_a_block_ = 1;
   std::vector<View> views_;  ///< with a response only
 };

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "files/archives.h"
+#include "field/tensors.h"
 #include "sarnerf/core/error.h"
 
 namespace sarnerf {

@@ -42,6 +42,8 @@ class RowQueue {
     return (static_cast<std::int64_t>(rows_.size()) + rows_per_step - 1) / rows_per_step;
   }
   Draw next();
+  /// Another random number of [0, 1).
+  double jitter();
 
   /// Saves the order under "rows", and position and random state in the JSON object.
   void save(Archive& archive) const;
@@ -104,6 +106,8 @@ RowQueue::Draw RowQueue::next() {
   return {row, along_track, unit_random(random_)};
 }
 
+double RowQueue::jitter() { return unit_random(random_); }
+
 void RowQueue::save(Archive& archive) const {
   torch::Tensor rows = torch::empty({static_cast<std::int64_t>(rows_.size()), 2}, torch::kLong);
   auto* out = rows.data_ptr<std::int64_t>();
@@ -140,7 +144,8 @@ std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const Trainer
   if (options.field == "grid")
     return std::make_unique<GridLearner>(set, options.grid, monitor);
   if (options.field == "mlp") return make_mlp_learner(set, options.mlp, options.seed, monitor);
-  throw UsageError("there is no field '" + options.field + "'; there are: grid, mlp");
+  if (options.field == "surface") return make_surface_learner(set, options.surface, monitor);
+  throw UsageError("there is no field '" + options.field + "'; there are: grid, mlp, surface");
 }
 
 namespace {
@@ -163,7 +168,7 @@ struct Trainer::State {
 
   State(TrainingSet images, const TrainerOptions& how, const Monitor& monitor)
       : set(std::move(images)), options(how), learner(make_learner(set, options, monitor)),
-        data_term(set, pixel_loss(set, options)), guard(set),
+        data_term(set, pixel_loss(set, options), options.renderings), guard(set),
         queue(options.seed, data_term.rows_of_a_block()),
         registration(options.n_registrations) {}
 
@@ -225,6 +230,11 @@ struct Trainer::State {
       const auto pixels = image.power.row(i);
       batch.image.insert(batch.image.end(), pixels.begin(), pixels.end());
       for (int j = 0; j < image.power.n_range(); ++j) batch.counts.push_back(j >= window.first_bin && j < window.end_bin);
+    }
+    for (std::size_t n = 0; options.renderings == 2 && n < batch.rows.size(); ++n) {
+      RowRequest& other = batch.requests.emplace_back(batch.requests[n]);
+      other.along_track_jitter = queue.jitter();
+      other.fan_jitter = queue.jitter();
     }
     return batch;
   }

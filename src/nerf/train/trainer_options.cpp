@@ -50,15 +50,36 @@ void for_each_mlp_option(Options& o, Visit&& visit) {
   visit("integrator", o.integrator);
 }
 
+template <class Options, class Visit>
+void for_each_surface_option(Options& o, Visit&& visit) {
+  visit("voxel_size_m", o.voxel_size_m);
+  visit("albedo_bins", o.albedo_bins);
+  visit("initial_softness_bins", o.initial_softness_bins);
+  visit("final_softness_bins", o.final_softness_bins);
+  visit("anneal_until", o.anneal_until);
+  visit("step_bins", o.step_bins);
+  visit("smoothing_bins2", o.smoothing_bins2);
+  visit("least_moment", o.least_moment);
+  visit("beyond_hull_bins", o.beyond_hull_bins);
+  visit("redistance_steps", o.redistance_steps);
+  visit("refresh_steps", o.refresh_steps);
+  visit("reached_steps", o.reached_steps);
+  visit("albedo_rate", o.albedo_rate);
+  visit("exponent_rate", o.exponent_rate);
+}
+
 /// Calls visit(name, member) for every option that concerns the field.
 template <class Options, class Visit>
 void for_each_option(Options& o, Visit&& visit) {
   visit("field", o.field);
   if (o.field == "mlp")
     for_each_mlp_option(o.mlp, visit);
+  else if (o.field == "surface")
+    for_each_surface_option(o.surface, visit);
   else
     for_each_grid_option(o.grid, visit);
   visit("rows_per_step", o.rows_per_step);
+  visit("renderings", o.renderings);
   visit("ray_spacing", o.ray_spacing);
   visit("most_ray_spacing_bins", o.most_ray_spacing_bins);
   visit("longest_segment", o.longest_segment);
@@ -125,6 +146,11 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   if (surfaces.value_or(many)) learn_surfaces(options.grid, many);
   options.mlp.voxel_size_m = bin_m;
   options.mlp.shape.position_frequencies = suitable_frequencies(set.box_m, bin_m);
+  options.surface.voxel_size_m = 0.5 * bin_m;
+  if (field == "surface") {
+    options.renderings = 2;
+    options.final_rate = 0.16;
+  }
   if (field == "mlp") {
     options.rows_per_step = 10;
     options.ray_spacing = 1.0;

@@ -98,6 +98,8 @@ std::vector<openvdb::GridBase::Ptr> VdbScene::Grids::all() const {
   add(normal);
   add(exponent);
   add(component);
+  add(distance);
+  add(unseen);
   add(occupancy);
   return present;
 }

@@ -33,10 +33,12 @@ struct VdbScene::Grids {
   openvdb::Vec3SGrid::Ptr normal;                   ///< for SourceBasis::cosine
   openvdb::FloatGrid::Ptr exponent;                 ///< for SourceBasis::cosine
   openvdb::Int32Grid::Ptr component;                ///< optional, as enum Component
+  openvdb::FloatGrid::Ptr distance;         ///< optional: signed distance from a body's surface (m), a level set
+  openvdb::FloatGrid::Ptr unseen;           ///< optional: of surface voxels, 1 where no view sees them, else 0
   openvdb::FloatGrid::Ptr occupancy;        ///< optional: 0 outside a body, 1 inside; for tools that need its shape
   openvdb::MetaMap metadata;  ///< of the file; write_vdb() adds its own entries
 
-  /// The grids that exist, in the order of the channels; `component` and `occupancy` last.
+  /// The grids that exist, in the order of the channels; those that are not rendered last.
   std::vector<openvdb::GridBase::Ptr> all() const;
 };
 
@@ -47,6 +49,10 @@ void require_complete(const VdbScene::Grids& grids);
 openvdb::math::Transform::Ptr vdb_transform(const GridTransform& transform);
 /// Inverse of vdb_transform(). Throws InputError unless the map is uniform scale and translation.
 GridTransform grid_transform(const openvdb::math::Transform& transform, const std::string& where);
+
+/// The opaque solid inside of a level set, whose distances have `units_per_voxel`: extinction from the depth below the surface,
+/// γ₀ 1, exponent 1, and normals along the gradient of the distance, in the level set's active voxels.
+std::unique_ptr<VdbScene::Grids> solid_grids(const openvdb::FloatGrid& distance, double units_per_voxel);
 
 /// Two-way optical depth of a voxel well inside opaque material.
 inline constexpr float kOpaqueDepthPerVoxel = 20.0f;

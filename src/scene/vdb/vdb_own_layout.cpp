@@ -35,7 +35,8 @@ class OwnLayout {
         load_numbers("extinction_back", ValueRule::not_negative, optical_scale());
     read_source();
     grids_->component = load<openvdb::Int32Grid>("component", require_components);
-    if (find("occupancy") != nullptr) used_.insert("occupancy");  // a body's shape, which rendering does not use
+    for (const char* of_body : {"distance", "unseen", "occupancy"})  // of a body's shape, which rendering does not use
+      if (find(of_body) != nullptr) used_.insert(of_body);
     read_scene_box();
     keep_metadata();
     say_what_is_left();

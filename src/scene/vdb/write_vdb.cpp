@@ -81,6 +81,8 @@ openvdb::GridCPtrVec named_grids(const VdbScene::Grids& grids) {
   add(grids.normal, "normal");
   add(grids.exponent, "exponent");
   add(grids.component, "component");
+  add(grids.distance, "distance", openvdb::GRID_LEVEL_SET);
+  add(grids.unseen, "unseen");
   add(grids.occupancy, "occupancy", openvdb::GRID_FOG_VOLUME);
   return named_grids;
 }
