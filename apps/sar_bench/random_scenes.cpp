@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <random>
 #include <span>
 #include <utility>
 
@@ -14,120 +13,14 @@
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/geometry/acquisition.h"
+#include "scene_pieces.h"
 
 namespace sarnerf::bench {
 
 namespace {
 
-using Pieces = std::vector<ScenePiece>;
-
-/// Random numbers that are the same on every platform; those of the standard library's distributions need not be. C++
-/// does not define in which order the arguments of a call are evaluated: two draws stand in braces, which fix their
-/// order, or in separate statements.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-
-  double uniform(double least, double most) { return least + (most - least) * unit(); }
-  double log_uniform(double least, double most) { return least * std::pow(most / least, unit()); }
-  int whole(int least, int most) { return least + static_cast<int>((most - least + 1) * unit()); }
-  bool chance(double probability) { return unit() < probability; }
-  double angle_rad() { return uniform(0.0, 2.0 * kPi); }
-
-  glm::dvec3 direction() {
-    const double y = uniform(-1.0, 1.0), around = angle_rad(), across = std::sqrt(1.0 - y * y);
-    return {across * std::cos(around), y, across * std::sin(around)};
-  }
-
- private:
-  double unit() { return static_cast<double>(bits_() >> 11) * 0x1p-53; }
-
-  std::mt19937_64 bits_;
-};
-
 /// Rounds to multiples of 1 / n_steps, so that differences between mathematics libraries do not reach the files.
 double rounded(double value, double n_steps) { return std::round(value * n_steps) / n_steps; }
-
-// Closed meshes. All but the free forms are lofts: rings of corners one behind the other, joined by walls.
-
-using Ring = std::vector<glm::dvec3>;
-
-/// The solid along a path of convex rings of equally many corners, counter-clockwise seen from the end of the path. The
-/// first and the last ring are its caps; either may be a single corner, a tip.
-ScenePiece loft(const std::string& group, const std::string& material, const std::vector<Ring>& rings) {
-  ScenePiece piece{group, material, {}, {}};
-  for (const Ring& ring : rings) piece.vertices_m.insert(piece.vertices_m.end(), ring.begin(), ring.end());
-  std::uint32_t a = 0;  // first corner of the ring
-  for (std::size_t r = 0; r + 1 < rings.size(); ++r) {
-    const auto n_a = static_cast<std::uint32_t>(rings[r].size()), n_b = static_cast<std::uint32_t>(rings[r + 1].size());
-    const std::uint32_t n = std::max(n_a, n_b), b = a + n_a;
-    for (std::uint32_t i = 0; i < n; ++i) {
-      const std::uint32_t next = (i + 1) % n;
-      if (n_a > 1) piece.triangles.emplace_back(a + i, a + next, b + next % n_b);
-      if (n_b > 1) piece.triangles.emplace_back(a + i % n_a, b + next, b + i);
-    }
-    a = b;
-  }
-  for (std::uint32_t i = 1; i + 1 < rings.front().size(); ++i) piece.triangles.emplace_back(0, i + 1, i);
-  for (std::uint32_t i = 1; i + 1 < rings.back().size(); ++i) piece.triangles.emplace_back(a, a + i, a + i + 1);
-  return piece;
-}
-
-/// Corners of a regular polygon, stretched along u and v and beginning at −v; counter-clockwise seen from u × v.
-Ring polygon(const glm::dvec3& centre, const glm::dvec3& u, const glm::dvec3& v, int n_corners) {
-  Ring ring;
-  for (int i = 0; i < n_corners; ++i) {
-    const double angle = 2.0 * kPi * i / n_corners;
-    ring.push_back(centre + std::sin(angle) * u - std::cos(angle) * v);
-  }
-  return ring;
-}
-
-ScenePiece cylinder(const std::string& group, const std::string& material, const glm::dvec3& from, const glm::dvec3& to,
-                    double radius, int n_facets) {
-  const glm::dvec3 axis = glm::normalize(to - from);
-  // Near the vertical or, for a standing cylinder, near X; a wheel then has a corner at its lowest point.
-  const glm::dvec3 near_v = std::abs(axis.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
-  const glm::dvec3 u = glm::normalize(glm::cross(near_v, axis)), v = glm::cross(axis, u);
-  return loft(group, material,
-              {polygon(from, radius * u, radius * v, n_facets), polygon(to, radius * u, radius * v, n_facets)});
-}
-
-/// Counter-clockwise seen from above.
-Ring rectangle(double y, const glm::dvec2& min_xz, const glm::dvec2& max_xz) {
-  return {{min_xz.x, y, max_xz.y}, {max_xz.x, y, max_xz.y}, {max_xz.x, y, min_xz.y}, {min_xz.x, y, min_xz.y}};
-}
-
-ScenePiece box(const std::string& group, const std::string& material, const glm::dvec3& min, const glm::dvec3& max) {
-  return loft(group, material,
-              {rectangle(min.y, {min.x, min.z}, {max.x, max.z}), rectangle(max.y, {min.x, min.z}, {max.x, max.z})});
-}
-
-Box box_of(std::span<const ScenePiece> pieces) {
-  Box bounds;
-  for (const ScenePiece& piece : pieces) {
-    for (const glm::dvec3& p : piece.vertices_m) bounds.include(p);
-  }
-  return bounds;
-}
-
-void move(ScenePiece& piece, const glm::dvec3& by) {
-  for (glm::dvec3& p : piece.vertices_m) p += by;
-}
-
-void turn_about_y(ScenePiece& piece, double angle_rad) {
-  const double c = std::cos(angle_rad), s = std::sin(angle_rad);
-  for (glm::dvec3& p : piece.vertices_m) p = {c * p.x + s * p.z, p.y, c * p.z - s * p.x};
-}
-
-/// Scales all pieces together to a longest horizontal extent and, by another factor, to a height.
-void fit(Pieces& pieces, double length_m, double height_m) {
-  const glm::dvec3 size = box_of(pieces).size();
-  const double across = length_m / std::max(size.x, size.z), up = height_m / size.y;
-  for (ScenePiece& piece : pieces) {
-    for (glm::dvec3& p : piece.vertices_m) p *= glm::dvec3(across, up, across);
-  }
-}
 
 // Solids.
 
@@ -431,17 +324,22 @@ Pieces random_pieces(Random& random, SceneKind kind) {
     case SceneKind::free_form: return random_free_forms(random);
     case SceneKind::solid: return random_solids(random);
     case SceneKind::building: return random_building(random);
-    case SceneKind::vehicle: break;
+    case SceneKind::vehicle: return random_vehicle(random);
+    default: break;
   }
-  return random_vehicle(random);
+  return random_shape(random, kind);
 }
 
 }  // namespace
 
-SceneKind kind_of(std::uint64_t seed) { return static_cast<SceneKind>(seed % 4); }
+SceneKind kind_of(std::uint64_t seed) {
+  const bool shape = seed >= kFirstShape && seed < kEndOfShapes;
+  return static_cast<SceneKind>(shape ? 4 + seed % 5 : seed % 4);
+}
 
 std::string_view name(SceneKind kind) {
-  constexpr std::array<std::string_view, 4> kNames{"free_form", "solid", "building", "vehicle"};
+  constexpr std::array<std::string_view, 9> kNames{"free_form", "solid", "building", "vehicle", "ring",
+                                                   "overhang", "thin", "slanted", "smooth"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 

@@ -17,12 +17,25 @@ class Console;
 
 namespace sarnerf::bench {
 
-/// Kind of object in a generated scene: the seed's remainder modulo 4.
-enum class SceneKind { free_form = 0, solid = 1, building = 2, vehicle = 3 };
+/// Kind of object in a generated scene: the seed's remainder modulo 4. The seeds 200 to 299 are shapes on which surfaces are judged;
+/// their kind follows from the remainder modulo 5, in the order from `ring`.
+enum class SceneKind {
+  free_form = 0,
+  solid = 1,
+  building = 2,
+  vehicle = 3,
+  ring,      ///< with a hole that one can look through
+  overhang,  ///< wider above than below, and to one side
+  thin,      ///< with a plate and a wall two voxels of 0.15 m thick
+  slanted,   ///< beams that lean against one another
+  smooth,    ///< a bent tube of changing width, without an edge
+};
+
+inline constexpr std::uint64_t kFirstShape = 200, kEndOfShapes = 300;
 
 SceneKind kind_of(std::uint64_t seed);
 
-/// "free_form", "solid", "building", "vehicle".
+/// "free_form", "solid", "building", "vehicle", "ring", "overhang", "thin", "slanted", "smooth".
 std::string_view name(SceneKind kind);
 
 /// A closed mesh of one material. Triangles are counter-clockwise seen from outside.
@@ -35,7 +48,7 @@ struct ScenePiece {
 /// A generated object. No constant of learning was chosen on such objects: they test whether the constants hold for others.
 ///
 /// Metres, Y up. The object stands on y = 0 and its box is centred over the origin. Coordinates are whole tenths of a
-/// millimetre, as in the file. Pieces cut through each other; none has a face or an edge in common with another.
+/// millimetre, as in the file. Pieces cut through each other; none has a face or an edge in common with another. A shape has one material.
 struct RandomScene {
   std::string name;  ///< "101_solid"
   std::vector<ScenePiece> pieces;
@@ -50,6 +63,7 @@ struct RandomScene {
 /// | solid, free form | 7.5 to 11.5 | 2.5 to 7.5 |
 /// | building | 7.5 to 11.7 | 3 to 8 |
 /// | vehicle, its barrel included | 7 to 10 | 2 to 6 |
+/// | shape | 6 to 10 | 2.5 to 6.5 |
 ///
 /// Cost: milliseconds.
 RandomScene random_scene(std::uint64_t seed);

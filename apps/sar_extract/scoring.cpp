@@ -66,6 +66,9 @@ Json score_json(const SurfaceScore& s) {
           {"volume_m3", s.volume_m3},
           {"truth_volume_m3", s.truth_volume_m3},
           {"volume_error", s.volume_error},
+          {"symmetric_difference_m", s.symmetric_difference_m},
+          {"observable_iou", s.observable_iou},
+          {"hull_iou", s.hull_iou},
           {"box_min_error_m", vector(s.box_min_error_m)},
           {"box_max_error_m", vector(s.box_max_error_m)},
           {"size_ratio", s.size_ratio},
@@ -100,6 +103,8 @@ std::vector<std::string> row(const std::string& name, const SurfaceScore& s) {
     box_m = std::max({box_m, std::abs(s.box_min_error_m[axis]), std::abs(s.box_max_error_m[axis])});
   return {name,
           number(s.iou, "%.3f"),
+          number(s.observable_iou, "%.3f"),
+          number(s.symmetric_difference_m, "%.3f"),
           number(s.precision, "%.3f"),
           number(s.recall, "%.3f"),
           number(100.0 * s.volume_error, "%+.1f %%"),
@@ -161,6 +166,8 @@ Scores score_extraction(const Options& o, const Truth& truth, const Model& model
 std::string table_text(const Scores& scores) {
   const std::vector<TableColumn> columns{{"body"},
                                          {"IoU", Align::right},
+                                         {"observable", Align::right},
+                                         {"difference (m)", Align::right},
                                          {"precision", Align::right},
                                          {"recall", Align::right},
                                          {"volume", Align::right},

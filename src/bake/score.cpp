@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "columns.h"
+#include "observable.h"
 #include "sarnerf/bake/surface_mesh.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/numbers.h"
@@ -224,8 +225,18 @@ Columns columns_of_truth(const Side& truth, const SurfaceMesh& solid, const Colu
   return columns_of(solid, lattice, options.monitor);
 }
 
+double area_m2(const SurfaceMesh& mesh) {
+  double area = 0.0;
+  for (const glm::uvec3& t : mesh.triangles) {
+    const glm::dvec3& a = mesh.vertices_m[t.x];
+    area += 0.5 * glm::length(glm::cross(mesh.vertices_m[t.y] - a, mesh.vertices_m[t.z] - a));
+  }
+  return area;
+}
+
+/// After score_distances(), which finds what is buried.
 void score_volumes(const Side& extracted, const Side& truth, const SurfaceMesh& solid, const Box& both,
-                   const ScoreOptions& options, SurfaceScore& score) {
+                   std::span<const Acquisition> views, const ScoreOptions& options, SurfaceScore& score) {
   const ColumnLattice lattice = column_lattice(both, options.column_spacing_m);
   const Columns a = columns_of(extracted.mesh, lattice, options.monitor);
   const auto ratio = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
@@ -247,6 +258,16 @@ void score_volumes(const Side& extracted, const Side& truth, const SurfaceMesh& 
   score.recall = ratio(common_m3, score.truth_volume_m3);
   if (score.truth_volume_m3 > 0.0) {
     score.volume_error = (score.volume_m3 - score.truth_volume_m3) / score.truth_volume_m3;
+    const double open_part = static_cast<double>(truth.samples.size()) / static_cast<double>(options.n_samples);
+    score.symmetric_difference_m =
+        ratio(score.volume_m3 + score.truth_volume_m3 - 2.0 * common_m3, open_part * area_m2(truth.mesh));
+  }
+  if (score.truth_volume_m3 > 0.0 && !views.empty()) {
+    const Sight sight(truth.mesh, truth.box_m, truth.n_solid);
+    const HiddenSpace hidden = hidden_space(a, b, truth.box_m, sight, views, options.monitor);
+    score.observable_iou =
+        ratio(common_m3, score.volume_m3 + score.truth_volume_m3 - common_m3 - std::min(hidden.extracted_m3, score.volume_m3 - common_m3));
+    score.hull_iou = ratio(score.truth_volume_m3, score.truth_volume_m3 + hidden.whole_m3);
   }
   score.truth_open_fraction = open(b);
 }
@@ -364,8 +385,8 @@ SurfaceScore score(const SurfaceMesh& extracted, const TruthSurface& truth, std:
   const SurfaceMesh& solid = options.truth_volume == TruthVolume::closed_pieces    ? truth.solid
                              : options.truth_volume == TruthVolume::winding_number ? wound_mesh(truth)
                                                                                    : truth.all;
-  score_volumes(side, truth_side, about(solid, centre_m), about(both, centre_m), options, result);
   score_distances(side, truth_side, moved_views, options, result);
+  score_volumes(side, truth_side, about(solid, centre_m), about(both, centre_m), moved_views, options, result);
   return result;
 }
 

@@ -120,27 +120,48 @@ bool Sight::sees(const View& view, const SurfaceSample& sample) const {
   return !tracer_.meets_any(lifted(sample, lit_side), glm::vec3(to_radar), static_cast<float>(range));
 }
 
-std::vector<std::uint8_t> Sight::seen(std::span<const SurfaceSample> samples, std::span<const Acquisition> views,
-                                      const Monitor& monitor) const {
+bool Sight::reaches(const View& view, const glm::dvec3& point_m) const {
+  const RadarPoint at = project(view.acquisition, view.frame, point_m);
+  if (!in_swath(view.acquisition, at)) return false;
+  const glm::dvec3 to_radar = -(std::cos(at.ray_angle_rad) * view.frame.k + std::sin(at.ray_angle_rad) * view.frame.v);
+  const double range = (view.acquisition.slant_range_m + at.range_offset_m) / unit_m_;
+  return !tracer_.meets_any(glm::vec3((point_m - centre_m_) / unit_m_), glm::vec3(to_radar), static_cast<float>(range));
+}
+
+template <class Item, class Test>
+std::vector<std::uint8_t> Sight::by_any(std::span<const Item> items, std::span<const Acquisition> views, const Monitor& monitor,
+                                        const char* stage, Test&& test) const {
   std::vector<View> all;
   for (const Acquisition& acquisition : views) all.push_back({acquisition, radar_frame(acquisition)});
-  std::vector<std::uint8_t> seen(samples.size(), 0);
+  std::vector<std::uint8_t> passed(items.size(), 0);
   std::atomic<std::uint64_t> n_done{0};
-  parallel_for(samples.size(), 1024, [&](std::size_t begin, std::size_t end, int worker) {
+  parallel_for(items.size(), 1024, [&](std::size_t begin, std::size_t end, int worker) {
     monitor.check();
-    std::size_t last = 0;  // the view that saw the previous sample most likely sees its neighbour
+    std::size_t last = 0;
     for (std::size_t n = begin; n < end; ++n) {
-      for (std::size_t m = 0; m < all.size() && seen[n] == 0; ++m) {
+      for (std::size_t m = 0; m < all.size() && passed[n] == 0; ++m) {
         const std::size_t view = (last + m) % all.size();
-        if (!sees(all[view], samples[n])) continue;
-        seen[n] = 1;
+        if (!test(all[view], items[n])) continue;
+        passed[n] = 1;
         last = view;
       }
     }
     const std::uint64_t done = n_done += end - begin;
-    if (worker == 0) monitor.report("testing what views see", done, samples.size());
+    if (worker == 0) monitor.report(stage, done, items.size());
   });
-  return seen;
+  return passed;
+}
+
+std::vector<std::uint8_t> Sight::seen(std::span<const SurfaceSample> samples, std::span<const Acquisition> views,
+                                      const Monitor& monitor) const {
+  return by_any(samples, views, monitor, "testing what views see",
+                [&](const View& view, const SurfaceSample& sample) { return sees(view, sample); });
+}
+
+std::vector<std::uint8_t> Sight::reached(std::span<const glm::dvec3> points_m, std::span<const Acquisition> views,
+                                         const Monitor& monitor) const {
+  return by_any(points_m, views, monitor, "testing where rays reach",
+                [&](const View& view, const glm::dvec3& point_m) { return reaches(view, point_m); });
 }
 
 }  // namespace sarnerf

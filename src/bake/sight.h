@@ -44,6 +44,10 @@ class Sight {
   std::vector<std::uint8_t> seen(std::span<const SurfaceSample> samples, std::span<const Acquisition> views,
                                  const Monitor& monitor) const;
 
+  /// Per point, 1 when some view's ray reaches it and meets no surface before. Throws Interrupted on request. Cost as for seen().
+  std::vector<std::uint8_t> reached(std::span<const glm::dvec3> points_m, std::span<const Acquisition> views,
+                                    const Monitor& monitor) const;
+
  private:
   struct View {
     Acquisition acquisition;
@@ -53,6 +57,11 @@ class Sight {
   /// The sample just above its surface along `normal`, in the rays' coordinates.
   glm::vec3 lifted(const SurfaceSample& sample, const glm::dvec3& normal) const;
   bool sees(const View& view, const SurfaceSample& sample) const;
+  bool reaches(const View& view, const glm::dvec3& point_m) const;
+  /// Per item, 1 if one of the views passes the test. The view that passed last is tested first: neighbours are seen alike.
+  template <class Item, class Test>
+  std::vector<std::uint8_t> by_any(std::span<const Item> items, std::span<const Acquisition> views, const Monitor& monitor,
+                                   const char* stage, Test&& test) const;
 
   glm::dvec3 centre_m_;
   double unit_m_;

@@ -135,3 +135,29 @@ TEST_CASE("what is visible knows no place and no scale", "[visible]") {
   CHECK(fraction(glm::dvec3(0.0), 1e6) == Approx(here).margin(2e-4));
   CHECK(fraction(glm::dvec3(0.0), 1e-3) == Approx(here).margin(2e-4));
 }
+
+TEST_CASE("space under a slab that no ray reaches is left out of the observable overlap", "[visible]") {
+  // A slab of 4 x 1 x 4 m on a pole of 1 x 2 x 1 m, and a solid that also fills the space below the slab.
+  const SurfaceMesh truth = joined(box_mesh({-2, 2, -2}, {2, 3, 2}), box_mesh({-0.5, 0, -0.5}, {0.5, 2.01, 0.5}));
+  const SurfaceMesh filled = box_mesh({-2, 0, -2}, {2, 3, 2});
+  constexpr double kTruth_m3 = 16.0 + 2.0, kFilled_m3 = 48.0;
+  const auto with = [&](double incidence_deg) {
+    Acquisition a = view_from(0);
+    a.incidence_rad = rad_from_deg(incidence_deg);
+    ScoreOptions options;
+    options.n_samples = 20'000;
+    options.column_spacing_m = 1.0 / 128.0;
+    return score(filled, solid_truth(truth), std::vector<Acquisition>{a}, options);
+  };
+  // From above no ray comes under the slab.
+  const SurfaceScore above = with(0.5);
+  CHECK(above.iou == Approx(kTruth_m3 / kFilled_m3).epsilon(0.01));
+  CHECK(above.observable_iou == Approx(1.0).epsilon(0.02));
+  CHECK(above.hull_iou == Approx(kTruth_m3 / kFilled_m3).epsilon(0.02));
+  // The slab without what the pole covers, and the pole with its foot.
+  CHECK(above.symmetric_difference_m == Approx((kFilled_m3 - kTruth_m3) / (48.0 - 1.0 + 8.0 + 1.0)).epsilon(0.01));
+  // From the side only the shadow of the pole is hidden: 1 x 2 x 1.5 m.
+  const SurfaceScore side = with(89.5);
+  CHECK(side.observable_iou == Approx(kTruth_m3 / (kFilled_m3 - 3.0)).epsilon(0.02));
+  CHECK(side.hull_iou == Approx(kTruth_m3 / (kTruth_m3 + 3.0)).epsilon(0.02));
+}

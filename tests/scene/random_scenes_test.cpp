@@ -17,11 +17,12 @@ using namespace sarnerf::test;
 
 namespace {
 
-/// Those of the ablation, and fifteen of each kind.
+/// Those of the ablation, fifteen of each kind, and six of each shape.
 std::vector<std::uint64_t> tried_seeds() {
   std::vector<std::uint64_t> seeds;
   for (std::uint64_t seed = 101; seed <= 115; ++seed) seeds.push_back(seed);
   for (std::uint64_t seed = 1000; seed < 1060; ++seed) seeds.push_back(seed);
+  for (std::uint64_t seed = 200; seed < 230; ++seed) seeds.push_back(seed);
   return seeds;
 }
 
@@ -115,6 +116,9 @@ TEST_CASE("Generated scenes stand on y = 0 around the origin, in the sizes of th
         CHECK(within(length_m, 7.0, 10.0));
         CHECK(within(height_m, 2.0, 6.0));
         break;
+      default:
+        CHECK(within(length_m, 5.999, 10.001));
+        CHECK(within(height_m, 2.499, 6.501));
     }
   }
 }
@@ -124,6 +128,11 @@ TEST_CASE("The kind of a generated scene follows its seed, and its pieces the ki
   CHECK(random_scene(102).name == "102_building");
   CHECK(random_scene(103).name == "103_vehicle");
   CHECK(random_scene(104).name == "104_free_form");
+  CHECK(random_scene(205).name == "205_ring");
+  CHECK(random_scene(206).name == "206_overhang");
+  CHECK(random_scene(207).name == "207_thin");
+  CHECK(random_scene(208).name == "208_slanted");
+  CHECK(random_scene(209).name == "209_smooth");
   std::map<std::string, int> n_with;  // scenes that have a group
   int n_checkered = 0;
   for (const std::uint64_t seed : tried_seeds()) {
@@ -151,6 +160,13 @@ TEST_CASE("The kind of a generated scene follows its seed, and its pieces the ki
           CHECK(within(double(n_on_ground) / 2562.0, 0.09, 1.0 / 3.0));
         }
         break;
+      default: {
+        CHECK(scene.materials.size() == 1);
+        // Closed: three edges for two triangles. Characteristic 0 for a ring, 2 for the others.
+        const ScenePiece& first = scene.pieces.front();
+        const auto n_vertices = static_cast<int>(first.vertices_m.size()), n_triangles = static_cast<int>(first.triangles.size());
+        CHECK(n_vertices - n_triangles / 2 == (kind_of(seed) == SceneKind::ring ? 0 : 2));
+      }
     }
 
     CHECK(within(double(scene.materials.size()), 1, 4));

@@ -94,6 +94,13 @@ struct SurfaceScore {
   double volume_m3 = 0.0;  ///< of the extracted solid
   double truth_volume_m3 = 0.0;
   double volume_error = kNotMeasured;  ///< (extracted − true) / true volume; not measured without a true volume
+  /// Volume that only one of both solids holds, over the area of the true surface: a mean thickness of the errors (m).
+  double symmetric_difference_m = kNotMeasured;
+  /// IoU without hidden space: what is empty in truth, lies above the truth's lowest point, and is reached by no ray of a view
+  /// before the true surface. Not measured without views.
+  double observable_iou = kNotMeasured;
+  /// IoU of the truth with itself and all hidden space in its box: what carving by perfect images would leave.
+  double hull_iou = kNotMeasured;
 
   glm::dvec3 box_min_error_m{kNotMeasured};  ///< extracted minus true box, lower corner per axis, world axes
   glm::dvec3 box_max_error_m{kNotMeasured};  ///< the same of the upper corner
@@ -114,6 +121,8 @@ struct SurfaceScore {
 };
 
 /// Compares an extracted surface with the truth.
+///
+/// Hidden space is measured on a lattice of points, eight spacings of the columns apart.
 ///
 /// Volumes: of the inside (winding number above zero) along a lattice of vertical lines. Overlapping pieces
 /// count once; a mesh that faces inward has no volume. By default the truth's volume is that of `solid`, a scene's closed
