@@ -230,7 +230,7 @@ void require_within_limits(const std::string& name, double value) {
 
 void require_possible_voxels(const TrainerOptions& training, const TrainingSet& set) {
   const double coarse_m = training.field == "grid" ? training.grid.voxel_size_m * std::pow(2.0, training.grid.n_levels - 1)
-                          : training.field == "surface" ? training.surface.voxel_size_m
+                          : training.field == "surface" ? training.surface.voxel_size_m * std::pow(2.0, training.surface.n_levels - 1)
                                                         : training.mlp.voxel_size_m;
   const glm::dvec3 size_m = set.box_m.size();
   const double n = std::ceil(size_m.x / coarse_m) * std::ceil(size_m.y / coarse_m) *

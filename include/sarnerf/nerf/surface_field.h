@@ -18,11 +18,15 @@ namespace sarnerf {
 /// How the field `surface` is laid out and learned. Bins are range bins of the finest image.
 struct SurfaceOptions {
   double voxel_size_m = 0.15;
-  double albedo_bins = 4.0;        ///< voxels of the albedo
+  int n_levels = 2;                ///< initial voxels are 2^(n_levels − 1) times as large, and are halved during the training
+  double refined_by = 0.4;         ///< progress of the last halving; earlier ones are at equal intervals before
+  double albedo_bins = 1.0;        ///< voxels of the albedo
   double initial_softness_bins = 1.0, final_softness_bins = 0.1;  ///< 1 / s
   double anneal_until = 0.8;       ///< progress at which the softness is the final one
   double step_bins = 0.25;         ///< largest step of the distance
-  double smoothing_bins2 = 3.0;    ///< a of the gradient's filter (1 − a ∂²)⁻¹, which is applied twice
+  /// a of the gradient's filter (1 − a ∂²)⁻¹, which is applied twice, at the start and with the final softness
+  double smoothing_bins2 = 3.0, final_smoothing_bins2 = 0.3;
+  double albedo_smoothing_bins2 = 100.0, final_albedo_smoothing_bins2 = 1.0;  ///< the same of the albedo
   double least_moment = 0.01;      ///< least root mean square of a parameter's gradient, as a part of the largest one
   double beyond_hull_bins = 0.25;  ///< how far the surface may lie outside of the carved hull
   int redistance_steps = 25;       ///< steps between two redistancings
@@ -95,6 +99,16 @@ class SurfaceField : public LearnedField {
   OccupancyGrid cache_;
   double most_band_m_, sharpness_per_m_;
 };
+
+/// The same field on voxels of half the size, of which every second one is a former one. Bricks are left out that lie farther
+/// outside than `reach_m` beyond what rays can notice at the present sharpness.
+SurfaceField refined(const SurfaceField& field, double reach_m);
+
+/// Values of a field's distance voxels, interpolated at those of refined(); `beyond` where the field has no brick.
+torch::Tensor refined_values(const SurfaceField& field, const torch::Tensor& values, const SurfaceField& fine, float beyond);
+
+/// Values of albedo voxels at those of refined().
+torch::Tensor refined_albedo(const SurfaceField& field, const torch::Tensor& values, const SurfaceField& fine);
 
 /// The field of an archive that SurfaceField::state() made. Throws CheckpointError for damaged contents.
 SurfaceField restore_surface_field(const Archive& archive, const std::string& where);

@@ -83,6 +83,67 @@ std::string SurfaceField::size_text() const {
 
 namespace {
 
+BrickView<const float> view_of(const SurfaceField& field, std::span<const float> distance) {
+  return {&field.topology(), field.transform(), 1, distance};
+}
+
+}  // namespace
+
+SurfaceField refined(const SurfaceField& field, double reach_m) {
+  const GridTransform transform{field.transform().origin_m, 0.5 * field.voxel_size_m()};
+  const double band_m = SurfaceField::band_m(field.sharpness_per_m()) + 2.0 * transform.voxel_size_m;
+  const double far_m = std::min(band_m + reach_m + field.voxel_size_m(), field.most_band_m());
+  const std::span<const float> f = numbers(field.distance);
+  BrickTopology near;
+  for (std::size_t v = 0; v < f.size(); ++v) {
+    if (double{f[v]} >= far_m) continue;
+    const glm::ivec3 voxel = 2 * field.topology().voxel(v);
+    const glm::ivec3 first = brick_of_voxel(voxel - 1), last = brick_of_voxel(voxel + 1);
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z)
+          if (near.find({x, y, z}) == kNoBrick) near.insert({x, y, z});
+  }
+  SurfaceField fine(transform, std::move(near), field.albedo_transform().voxel_size_m, std::min(band_m, field.most_band_m()));
+  const torch::NoGradGuard no_grad;
+  fine.distance.copy_(refined_values(field, field.distance, fine, static_cast<float>(field.most_band_m())).clamp_max_(fine.most_band_m()));
+  fine.log_albedo.copy_(refined_albedo(field, field.log_albedo, fine));
+  fine.exponent.copy_(field.exponent);
+  fine.set_sharpness(field.sharpness_per_m());
+  fine.refresh();
+  fine.ground = field.ground;
+  fine.resolution = field.resolution;
+  return fine;
+}
+
+torch::Tensor refined_values(const SurfaceField& field, const torch::Tensor& values, const SurfaceField& fine, float beyond) {
+  // Missing bricks count as 0 in an interpolation.
+  const torch::Tensor less = values.detach() - beyond;
+  torch::Tensor out = torch::empty({static_cast<std::int64_t>(fine.n_voxels())});
+  const std::span<float> to = numbers(out);
+  parallel_for(fine.topology().n_bricks(), 16, [&](std::size_t begin, std::size_t end, int) {
+    TrilinearSampler sampler(view_of(field, numbers(less)));
+    std::vector<glm::vec3> points_m;
+    for (std::size_t v = begin * kBrickVoxels; v < end * kBrickVoxels; ++v)
+      points_m.emplace_back(fine.transform().world_from_index(glm::dvec3(fine.topology().voxel(v))));
+    sampler.sample(points_m, to.subspan(begin * kBrickVoxels, points_m.size()));
+  });
+  return out + beyond;
+}
+
+torch::Tensor refined_albedo(const SurfaceField& field, const torch::Tensor& values, const SurfaceField& fine) {
+  torch::Tensor out = torch::zeros_like(fine.log_albedo.detach());
+  const std::span<const float> from = numbers(values);
+  const std::span<float> to = numbers(out);
+  for (std::uint32_t b = 0; b < fine.albedo_topology().n_bricks(); ++b) {
+    const std::uint32_t old = field.albedo_topology().find(fine.albedo_topology().coordinate(b));
+    if (old != kNoBrick) std::copy_n(&from[std::size_t{old} * kBrickVoxels], kBrickVoxels, &to[std::size_t{b} * kBrickVoxels]);
+  }
+  return out;
+}
+
+namespace {
+
 /// Rows that are rendered at a time without gradients: bounds the memory.
 constexpr std::size_t kRowsAtATime = 32;
 
@@ -168,10 +229,6 @@ Segment segment(double near_m, double far_m, double length_m, double sharpness_p
     return {depth, part * power, power / kLeastCosine, part * power * std::log(least)};
   }
   return {depth, power, exponent * power / cosine, power * std::log(cosine)};
-}
-
-BrickView<const float> view_of(const SurfaceField& field, std::span<const float> distance) {
-  return {&field.topology(), field.transform(), 1, distance};
 }
 
 BrickView<const float> albedo_of(const SurfaceField& field) {

@@ -15,12 +15,21 @@
 namespace sarnerf {
 
 PixelLoss::Term PixelLoss::of(double first, double second, double image) const {
+  if (root > 0.0) {
+    const double least = root * absolute;
+    const double a = std::sqrt(std::max(0.0, first) + least), b = std::sqrt(std::max(0.0, second) + least);
+    const double seen = std::sqrt(std::max(0.0, image) + least);
+    return {(a - seen) * (b - seen) / absolute, (b - seen) / (2.0 * a * absolute), (a - seen) / (2.0 * b * absolute)};
+  }
   const double d = denominator(0.5 * (first + second)), e = (first - image) / d, other = (second - image) / d;
   return {e * other, other / d, e / d};
 }
 
+/// Power whose root counts as none, over the peak.
+constexpr double kRoot = 0.01;
+
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options) {
-  if (!set.ground || !(options.misfit > 0.0)) return {0.0, double{set.peak}};
+  if (!set.ground || !(options.misfit > 0.0)) return {0.0, double{set.peak}, options.field == "surface" ? kRoot : 0.0};
   const double speckle = set.ground->speckled ? 1.0 / *set.ground->looks : 0.0;
   return {std::sqrt(speckle + options.misfit * options.misfit), options.misfit * set.ground->plane->mean_power()};
 }
@@ -35,6 +44,7 @@ bool is_through_response(const TrainingSet& set) { return set.resolution && set.
 std::string loss_text(const TrainingSet& set, const TrainerOptions& options) {
   const PixelLoss pixel = pixel_loss(set, options);
   const std::string through = is_through_response(set) ? ", seen through the impulse response" : "";
+  if (pixel.root > 0.0) return format("mean square error of the root of power (+ %g of the peak)", pixel.root) + through;
   if (pixel.relative == 0.0) return "mean square error of power over the peak's square (paper, eq. 31)" + through;
   return format("mean of (error of power / s)^2 with s^2 = (%.3g of the power)^2 + (%.3g of the ground's mean)^2",
                 pixel.relative, options.misfit) + through;

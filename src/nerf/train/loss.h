@@ -32,10 +32,13 @@ namespace sarnerf {
 ///     d² = relative² sg(μ)² + absolute²        sg(μ): max(0, mean of both), held constant
 ///
 /// relative = 0 is printed eq. 31 in units of `absolute`. Else, with d = sg(μ) + ε instead, it is RawNeRF's (Mildenhall et
-/// al. 2022).
+/// al. 2022). With `root` > 0, errors are those of roots, and d is constant:
+///
+///     e = [√(μ + ε) − √(I + ε)] / √absolute,        ε = root · absolute
 struct PixelLoss {
   double relative = 0.0;  ///< standard deviation of an error, as a fraction of μ
   double absolute = 1.0;  ///< the same where nothing is rendered, a power
+  double root = 0.0;      ///< ε over `absolute`; 0: errors of power
 
   double denominator(double rendered) const {
     const double part = relative * std::max(0.0, rendered);
@@ -54,7 +57,9 @@ struct PixelLoss {
 ///     d² = sg(μ)² / L + m² (sg(μ)² + c²)
 ///
 /// The first term is the variance of speckle. The second is that of the field itself: it cannot follow every pixel of a scene,
-/// bright or dark. Without a ground, or with m = 0, squares of power in units of the peak.
+/// bright or dark. Without a ground, or with m = 0, squares of power in units of the peak; for the field `surface`, of the root of
+/// power: a surface that is a little wrong moves power between pixels, in proportion to its amount, so that variances, not
+/// deviations, are proportional to power.
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options);
 
 /// Azimuth rows of several views, their pixels one behind the other.

@@ -52,6 +52,13 @@ class FlooredAdam {
     });
   }
 
+  /// For parameters of a refined field: `refine` interpolates values, and gradients become `scale` times as large.
+  template <class Refine>
+  void refine(Refine&& refine, double scale) {
+    mean_ = scale * refine(mean_);
+    square_ = scale * scale * refine(square_);
+  }
+
   void save(Archive& archive, const std::string& name) const {
     archive.tensors["adam_mean_" + name] = mean_.clone();
     archive.tensors["adam_square_" + name] = square_.clone();
@@ -70,10 +77,11 @@ class FlooredAdam {
   torch::Tensor mean_, square_;
 };
 
-/// Learns a SurfaceField. It starts from the carved hull. In each step the gradient by the distance is smoothed, so that a
-/// neighbourhood moves as a whole; Adam, which follows, gives each voxel a step of its own length. Voxels that no ray has reached
-/// lately keep their distance: tiny gradients would else move them as fast as others. From time to time the distance is
-/// measured anew from its level 0, so that its gradient keeps the length 1. The softness 1 / s falls exponentially.
+/// Learns a SurfaceField. It starts from the carved hull. In each step the gradients by the distance and by the albedo are
+/// smoothed, so that a neighbourhood changes as a whole; Adam, which follows, gives each voxel a step of its own length. Voxels
+/// that no ray has reached lately keep their distance: tiny gradients would else move them as fast as others. From time to time
+/// the distance is measured anew from its level 0, so that its gradient keeps the length 1. Learning goes from coarse to fine: the
+/// softness 1 / s and the filters' lengths fall exponentially, and the distance's voxels are halved.
 class SurfaceLearner : public FieldLearner {
  public:
   SurfaceLearner(const TrainingSet& set, const SurfaceOptions& options, const CarvedVoxels& hull);
@@ -89,15 +97,19 @@ class SurfaceLearner : public FieldLearner {
   void start_from(const CarvedVoxels& hull);
   void match_albedo(const TrainingSet& set);
   void measure_distance();
+  void refine();
+  void blur(const BrickLines& lines, double bins2, double voxel_m, std::span<float> gradient) const;
   void move_surface(double rate);
 
   SurfaceOptions options_;
   double bin_m_;
   SurfaceField field_;
-  BrickLines lines_;
+  BrickLines lines_, albedo_lines_;
   FlooredAdam adam_distance_, adam_albedo_, adam_exponent_;
+  int level_ = 0;             ///< halvings so far
   torch::Tensor least_m_;     ///< [n_voxels] the distance from the hull, less what the surface may lie outside of it
   torch::Tensor last_reach_;  ///< [n_voxels] number of the last step in which a ray's gradient reached the voxel; −1: none
+  double smoothing_bins2_ = 0.0, albedo_smoothing_bins2_ = 0.0;  ///< at present
   std::int64_t steps_ = 0;
 };
 
@@ -127,10 +139,12 @@ BrickTopology bricks_around(const CarvedVoxels& voxels, int margin) {
   return near;
 }
 
+double first_voxel_m(const SurfaceOptions& o) { return o.voxel_size_m * std::exp2(o.n_levels - 1); }
+
 SurfaceField empty_field(const TrainingSet& set, const CarvedVoxels& hull, const SurfaceOptions& o, double bin_m) {
-  const double band_m = SurfaceField::band_m(1.0 / (o.initial_softness_bins * bin_m)) + 2.0 * o.voxel_size_m;
-  const int margin = static_cast<int>(std::ceil(band_m / o.voxel_size_m)) + 2;
-  SurfaceField field(grid_transform(set, o.voxel_size_m), bricks_around(hull, margin), o.albedo_bins * bin_m, band_m);
+  const double band_m = SurfaceField::band_m(1.0 / (o.initial_softness_bins * bin_m)) + 2.0 * first_voxel_m(o);
+  const int margin = static_cast<int>(std::ceil(band_m / first_voxel_m(o))) + 2;
+  SurfaceField field(grid_transform(set, first_voxel_m(o)), bricks_around(hull, margin), o.albedo_bins * bin_m, band_m);
   if (set.ground) field.ground = set.ground->plane;
   field.resolution = set.resolution;
   return field;
@@ -138,7 +152,7 @@ SurfaceField empty_field(const TrainingSet& set, const CarvedVoxels& hull, const
 
 SurfaceLearner::SurfaceLearner(const TrainingSet& set, const SurfaceOptions& options, const CarvedVoxels& hull)
     : options_(options), bin_m_(smallest_bin_m(set)), field_(empty_field(set, hull, options, bin_m_)), lines_(field_.topology()),
-      adam_distance_(field_.distance), adam_albedo_(field_.log_albedo), adam_exponent_(field_.exponent),
+      albedo_lines_(field_.albedo_topology()), adam_distance_(field_.distance), adam_albedo_(field_.log_albedo), adam_exponent_(field_.exponent),
       last_reach_(torch::full({field_.distance.numel()}, -1, torch::kLong)) {
   start_from(hull);
   least_m_ = field_.distance.detach() - options_.beyond_hull_bins * bin_m_;
@@ -178,6 +192,36 @@ void SurfaceLearner::measure_distance() {
   for (float& v : f) v *= size_m;
 }
 
+/// How far (bins) the surface may move outward after a halving: farther bricks are left out.
+constexpr double kReach_bins = 2.0;
+
+void SurfaceLearner::refine() {
+  const torch::NoGradGuard no_grad;
+  SurfaceField fine = refined(field_, kReach_bins * bin_m_);
+  const auto far_m = static_cast<float>(field_.most_band_m());
+  const auto values = [&](const torch::Tensor& t) { return refined_values(field_, t, fine, 0.0f); };
+  const auto albedo = [&](const torch::Tensor& t) { return refined_albedo(field_, t, fine); };
+  least_m_ = torch::maximum(refined_values(field_, least_m_, fine, far_m), fine.distance.detach() - kReach_bins * bin_m_);
+  adam_distance_.refine(values, 0.125);  // a fine voxel has an eighth of a coarse one's weights
+  adam_albedo_.refine(albedo, 1.0);
+  torch::Tensor last_reach = torch::full({fine.distance.numel()}, -1, torch::kLong);
+  for (std::size_t v = 0; v < fine.n_voxels(); ++v) {
+    const glm::ivec3 voxel = fine.topology().voxel(v);
+    const glm::ivec3 nearest(voxel.x >> 1, voxel.y >> 1, voxel.z >> 1);
+    const std::uint32_t brick = field_.topology().find(brick_of_voxel(nearest));
+    if (brick == kNoBrick) continue;
+    const std::size_t from = std::size_t{brick} * kBrickVoxels + static_cast<std::size_t>(offset_in_brick(nearest));
+    last_reach.data_ptr<std::int64_t>()[v] = last_reach_.data_ptr<std::int64_t>()[from];
+  }
+  last_reach_ = last_reach;
+  field_ = std::move(fine);
+  lines_ = BrickLines(field_.topology());
+  albedo_lines_ = BrickLines(field_.albedo_topology());
+  measure_distance();
+  field_.refresh();
+  ++level_;
+}
+
 /// Views that the first albedo is taken from.
 constexpr std::size_t kViewsToMatch = 6;
 
@@ -210,19 +254,30 @@ void SurfaceLearner::match_albedo(const TrainingSet& set) {
 
 bool SurfaceLearner::adapt(double progress, std::int64_t) {
   const double part = std::min(1.0, progress / options_.anneal_until);
-  const double softness_bins =
-      options_.initial_softness_bins * std::pow(options_.final_softness_bins / options_.initial_softness_bins, part);
+  const auto between = [&](double first, double last) { return first * std::pow(last / first, part); };
+  const double softness_bins = between(options_.initial_softness_bins, options_.final_softness_bins);
+  smoothing_bins2_ = between(options_.smoothing_bins2, options_.final_smoothing_bins2);
+  albedo_smoothing_bins2_ = between(options_.albedo_smoothing_bins2, options_.final_albedo_smoothing_bins2);
   field_.set_sharpness(1.0 / (softness_bins * bin_m_));
   if (steps_ > 0 && steps_ % options_.redistance_steps == 0) {
     const torch::NoGradGuard no_grad;
     measure_distance();
     field_.distance.copy_(torch::maximum(field_.distance, least_m_));
   }
-  if (steps_ % options_.refresh_steps != 0) return false;
   const Box before = field_.occupied_box_m();
+  if (level_ + 1 < options_.n_levels && progress >= options_.refined_by * (level_ + 1) / (options_.n_levels - 1)) {
+    refine();
+    return true;
+  }
+  if (steps_ % options_.refresh_steps != 0) return false;
   field_.refresh();
   const Box after = field_.occupied_box_m();
   return before.min != after.min || before.max != after.max;
+}
+
+/// The filter (1 − a ∂²)⁻¹ along each axis, twice.
+void SurfaceLearner::blur(const BrickLines& lines, double bins2, double voxel_m, std::span<float> gradient) const {
+  for (int pass = 0; pass < 2; ++pass) smooth(lines, bins2 * std::pow(bin_m_ / voxel_m, 2), gradient);
 }
 
 void SurfaceLearner::move_surface(double rate) {
@@ -231,9 +286,7 @@ void SurfaceLearner::move_surface(double rate) {
   auto* const last_reach = last_reach_.data_ptr<std::int64_t>();
   for (std::size_t v = 0; v < gradient.size(); ++v)
     if (gradient[v] != 0.0f) last_reach[v] = steps_;
-  const double voxels2 = options_.smoothing_bins2 * std::pow(bin_m_ / field_.voxel_size_m(), 2);
-  smooth(lines_, voxels2, gradient);
-  smooth(lines_, voxels2, gradient);
+  blur(lines_, smoothing_bins2_, field_.voxel_size_m(), gradient);
   const double step_m = rate * options_.step_bins * bin_m_;
   adam_distance_.step(gradient, steps_ + 1, step_m, options_.least_moment, [&](std::size_t v, float by) {
     if (last_reach[v] >= 0 && steps_ - last_reach[v] <= options_.reached_steps) f[v] = std::max(f[v] + by, least_m[v]);
@@ -252,6 +305,7 @@ void SurfaceLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& 
     const auto value = numbers(of);
     adam.step(numbers(of.grad()), steps_ + 1, step, options_.least_moment, [&](std::size_t n, float by) { value[n] += by; });
   };
+  blur(albedo_lines_, albedo_smoothing_bins2_, field_.albedo_transform().voxel_size_m, numbers(field_.log_albedo.grad()));
   follow(field_.log_albedo, adam_albedo_, rate * options_.albedo_rate);
   follow(field_.exponent, adam_exponent_, rate * options_.exponent_rate);
   field_.exponent.clamp_(0.0, kMostExponent);
@@ -266,21 +320,22 @@ Archive SurfaceLearner::state() const {
   archive.tensors["least_distance"] = least_m_.clone();
   archive.tensors["extinction"] = torch::tensor(field_.cache().extinction_per_m());
   archive.tensors["last_reach"] = last_reach_.clone();
-  add_text(archive, "learner", {{"steps", steps_}});
+  add_text(archive, "learner", {{"steps", steps_}, {"level", level_}});
   return archive;
 }
 
 void SurfaceLearner::restore(const Archive& archive, const std::string& where) {
-  SurfaceField field = restore_surface_field(archive, where);
-  if (field.n_voxels() != field_.n_voxels() || field.log_albedo.sizes() != field_.log_albedo.sizes())
-    throw CheckpointError(where + ": its field has other voxels than the hull of these images");
-  field_ = std::move(field);
+  field_ = restore_surface_field(archive, where);
+  lines_ = BrickLines(field_.topology());
+  albedo_lines_ = BrickLines(field_.albedo_topology());
+  adam_distance_ = FlooredAdam(field_.distance);
+  adam_albedo_ = FlooredAdam(field_.log_albedo);
   adam_distance_.restore(archive, "distance", where);
   adam_albedo_.restore(archive, "albedo", where);
   adam_exponent_.restore(archive, "exponent", where);
   const auto take = [&](const char* name, torch::ScalarType type, torch::Tensor& to) {
     const torch::Tensor t = archive.tensor(name, type, 1, where);
-    if (t.sizes() != to.sizes()) throw CheckpointError(where + ": '" + name + "' is of another field; the file is damaged");
+    if (t.sizes() != field_.distance.sizes()) throw CheckpointError(where + ": '" + name + "' is of another field; the file is damaged");
     to = t.clone();
   };
   take("least_distance", torch::kFloat, least_m_);
@@ -289,13 +344,15 @@ void SurfaceLearner::restore(const Archive& archive, const std::string& where) {
   const torch::Tensor extinction = archive.tensor("extinction", torch::kFloat, 1, where).contiguous();
   if (extinction.numel() != field_.distance.numel()) throw CheckpointError(where + ": 'extinction' is of another field; the file is damaged");
   field_.restore_cache(numbers(extinction));
-  steps_ = member<std::int64_t>(text_of(archive, "learner", where), "steps", where);
+  const Json text = text_of(archive, "learner", where);
+  steps_ = member<std::int64_t>(text, "steps", where);
+  level_ = member<int>(text, "level", where);
 }
 
 }  // namespace
 
 std::unique_ptr<FieldLearner> make_surface_learner(const TrainingSet& set, const SurfaceOptions& options, const Monitor& monitor) {
-  return std::make_unique<SurfaceLearner>(set, options, carve(set, grid_transform(set, options.voxel_size_m), monitor));
+  return std::make_unique<SurfaceLearner>(set, options, carve(set, grid_transform(set, first_voxel_m(options)), monitor));
 }
 
 }  // namespace sarnerf

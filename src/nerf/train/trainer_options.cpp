@@ -53,12 +53,17 @@ void for_each_mlp_option(Options& o, Visit&& visit) {
 template <class Options, class Visit>
 void for_each_surface_option(Options& o, Visit&& visit) {
   visit("voxel_size_m", o.voxel_size_m);
+  visit("n_levels", o.n_levels);
+  visit("refined_by", o.refined_by);
   visit("albedo_bins", o.albedo_bins);
   visit("initial_softness_bins", o.initial_softness_bins);
   visit("final_softness_bins", o.final_softness_bins);
   visit("anneal_until", o.anneal_until);
   visit("step_bins", o.step_bins);
   visit("smoothing_bins2", o.smoothing_bins2);
+  visit("final_smoothing_bins2", o.final_smoothing_bins2);
+  visit("albedo_smoothing_bins2", o.albedo_smoothing_bins2);
+  visit("final_albedo_smoothing_bins2", o.final_albedo_smoothing_bins2);
   visit("least_moment", o.least_moment);
   visit("beyond_hull_bins", o.beyond_hull_bins);
   visit("redistance_steps", o.redistance_steps);
