@@ -66,15 +66,38 @@ Evidence evidence(const EvidenceView& view, const glm::dvec3& point_m, double ma
   return p.range_offset_m + margin_m < view.first_offset_m[static_cast<std::size_t>(i)] ? Evidence::empty : Evidence::maybe;
 }
 
-/// Whether at least one view sees the point, and no view shows it to be empty.
-bool may_hold_matter(std::span<const EvidenceView> views, const glm::dvec3& point_m, double margin_m) {
+/// Whether at least one of the views sees the point, and none shows it to be empty.
+bool may_hold_matter(std::span<const EvidenceView* const> views, const glm::dvec3& point_m, double margin_m) {
   bool seen = false;
-  for (const EvidenceView& view : views) {
-    const Evidence e = evidence(view, point_m, margin_m);
+  for (const EvidenceView* view : views) {
+    const Evidence e = evidence(*view, point_m, margin_m);
     if (e == Evidence::empty) return false;
     seen |= e == Evidence::maybe;
   }
   return seen;
+}
+
+/// The views whose swath meets a ball; none where one of them shows all of it to be empty. No evidence about a point in the ball
+/// depends on the other views.
+std::vector<const EvidenceView*> views_of_ball(std::span<const EvidenceView> views, const glm::dvec3& centre_m, double radius_m,
+                                               double margin_m) {
+  std::vector<const EvidenceView*> some;
+  for (const EvidenceView& view : views) {
+    const Acquisition& a = view.acquisition;
+    const double along_m = glm::dot(centre_m - a.aim_m, view.frame.h);
+    const double first_row = a.row_of(along_m - radius_m) - 0.5, last_row = a.row_of(along_m + radius_m) + 0.5;
+    if (last_row < 0.0 || first_row > a.n_azimuth - 1) continue;
+    const double offset_m = project(a, view.frame, centre_m).range_offset_m;
+    if (offset_m + radius_m < a.bin_offset_m(-0.5) || offset_m - radius_m > a.bin_offset_m(a.n_range - 0.5)) continue;
+    some.push_back(&view);
+    const bool inside = first_row >= 0.0 && last_row <= a.n_azimuth - 1 && offset_m - radius_m >= a.bin_offset_m(-0.5);
+    if (!inside) continue;
+    double first_m = std::numeric_limits<double>::infinity();
+    for (int i = static_cast<int>(first_row); i <= static_cast<int>(last_row); ++i)
+      first_m = std::min(first_m, view.first_offset_m[static_cast<std::size_t>(i)]);
+    if (offset_m + radius_m + margin_m < std::min(first_m, a.bin_offset_m(a.n_range - 0.5))) return {};
+  }
+  return some;
 }
 
 /// Whether the views of a level ground allow a point to be occupied.
@@ -105,9 +128,9 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const
   const glm::ivec3 last = glm::ivec3(glm::ceil(transform.index_from_world(set.box_m.max)));
   const glm::ivec3 first = glm::ivec3(glm::floor(transform.index_from_world(set.box_m.min))) - glm::ivec3(0, 1, 0);
   const glm::ivec3 first_brick = brick_of_voxel(first), n = brick_of_voxel(last) - first_brick + 1;
-  const auto may_be_active = [&](const glm::dvec3& point_m) {
+  const auto may_be_active = [&](const glm::dvec3& point_m, std::span<const EvidenceView* const> of_brick) {
     if (set.ground) return point_m.y > set.ground->plane->height_m && ground_allows_matter(set, frames, point_m);
-    return may_hold_matter(views, point_m, margin_m);
+    return may_hold_matter(of_brick, point_m, margin_m);
   };
   const auto n_bricks = static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z);
   std::vector<std::vector<std::uint8_t>> kept(n_bricks);
@@ -119,14 +142,19 @@ CarvedVoxels carve(const TrainingSet& set, const GridTransform& transform, const
   parallel_for(n_bricks, 16, [&](std::size_t begin, std::size_t end, int worker) {
     monitor.check();
     for (std::size_t b = begin; b < end; ++b) {
+      const glm::ivec3 origin = brick_at(b) * kBrickSide;
+      const glm::dvec3 centre_m = transform.world_from_index(glm::dvec3(origin) + 0.5 * (kBrickSide - 1));
+      const double radius_m = 0.5 * std::sqrt(3.0) * kBrickSide * transform.voxel_size_m;
+      std::vector<const EvidenceView*> of_brick;
+      if (!set.ground) of_brick = views_of_ball(views, centre_m, radius_m, margin_m);
+      if (!set.ground && of_brick.empty()) continue;
       std::vector<std::uint8_t> active(kBrickVoxels, 0);
       bool any = false;
-      const glm::ivec3 origin = brick_at(b) * kBrickSide;
       for (int v = 0; v < kBrickVoxels; ++v) {
         const glm::ivec3 voxel = origin + voxel_in_brick(v);
         if (glm::any(glm::lessThan(voxel, first)) || glm::any(glm::greaterThan(voxel, last))) continue;
         const glm::dvec3 point_m = transform.world_from_index(glm::dvec3(voxel));
-        const bool keep = may_be_active(point_m);
+        const bool keep = may_be_active(point_m, of_brick);
         active[static_cast<std::size_t>(v)] = keep ? 1 : 0;
         any |= keep;
       }
