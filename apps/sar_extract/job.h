@@ -24,6 +24,7 @@ struct Options {
 
   std::filesystem::path mesh, preview;  ///< empty: not written
   std::filesystem::path truth;          ///< empty: no score
+  std::filesystem::path score;          ///< mesh that is scored instead of an extraction; empty: none
   LoadOptions truth_options;
   std::string images = "auto";          ///< folder of the carving baseline's images, auto or none
 
@@ -55,10 +56,22 @@ struct Truth {
 /// unless all of the truth is closed.
 Truth load_truth(const Options& options, Console& console, const Monitor& monitor);
 
-/// Scores the extraction and the carving baseline. Warns if the truth has another size or position, and reports if
-/// the baseline is left out.
-Scores score_extraction(const Options& options, const Truth& truth, const Model& model, const Extraction& extraction,
-                        Console& console, const Monitor& monitor);
+/// What a mesh is scored with: the views that saw the truth, and the images that carving uses.
+struct Witnesses {
+  std::vector<Acquisition> views;   ///< world coordinates
+  std::vector<PosedImage> images;   ///< empty: the baseline is left out
+};
+
+/// Those of a model's training. Reports if its images are not available.
+Witnesses witnesses_of(const Options& options, const ModelInfo& info, Console& console, const Monitor& monitor);
+
+/// Scores a mesh and the carving baseline on a lattice. Warns if the truth has another size or position.
+Scores score_mesh(const Truth& truth, const SurfaceMesh& mesh, const Witnesses& witnesses, const CarvingLattice& lattice,
+                  std::optional<double> ground_height_m, Console& console, const Monitor& monitor);
+
+/// Scores the mesh of --score; the views are those of a dataset folder or of a model. Writes the scores beside the mesh, as
+/// MESH.score.json, and returns the table.
+std::string score_and_write(const Options& options, Console& console, const Monitor& monitor);
 
 /// The scores as a Markdown table; a line below it if the truth has no volume.
 std::string table_text(const Scores& scores);

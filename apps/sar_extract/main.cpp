@@ -198,7 +198,9 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   Extraction extraction = extract(model, options);
   tell(o, model, extraction, console);
   std::optional<Scores> scores;
-  if (truth) scores = score_extraction(o, *truth, model, extraction, console, monitor);
+  if (truth)
+    scores = score_mesh(*truth, extraction.mesh, witnesses_of(o, model.info, console, monitor),
+                        {extraction.box_m, extraction.voxel_size_m}, o.extract.ground_height_m, console, monitor);
   monitor.check();
 
   // If the machine stops between the renames, no old recipe must stand beside new files.
@@ -224,7 +226,7 @@ void run(const Options& options, Console& console) {
                           console.progress(stage, done, n);
                         },
                         &stop_requested()};
-  print_result(extract_and_write(options, console, monitor));
+  print_result(options.score.empty() ? extract_and_write(options, console, monitor) : score_and_write(options, console, monitor));
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ constexpr const char* kExamples =
     "  sar_extract cuboid_run cuboid.vdb --mesh cuboid.ply --preview cuboid.png\n"
     "  sar_extract cuboid_run cuboid.vdb --ground-height 0 --truth cuboid.obj\n"
     "  sar_extract cuboid_run native.vdb --resolution native\n"
+    "  sar_extract cuboid/ --score other_program.ply --truth cuboid.obj\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 not finite, 130 interrupted.";
 
 constexpr int kMostVoxels = 8192;
@@ -98,6 +99,15 @@ void add_options(CommandLine& command, Options& o, BodyFlags& flags) {
 
   command.begin_group("Score");
   command.add("--truth", o.truth, truth_file(), "Mesh or scene to compare with: OBJ, PLY, STL, OFF, .json");
+  command.add("--score", o.score, path("MESH"),
+              "Score this mesh instead of extracting one: with --truth, and views from MODEL, which may be a dataset folder");
+  command.then([&] {
+    if (o.score.empty()) return;
+    if (o.truth.empty()) throw UsageError("--score: expected --truth, the mesh to compare with; give it, too");
+    require_scene_file(o.score);
+    for (const char* name : {"--mesh", "--preview", "OUT"})
+      if (command.given(name)) throw UsageError(std::string("--score extracts nothing: leave out ") + name);
+  });
   command.add("--truth-units", o.truth_options.units_m, units_m(),
               "Of the truth: m, cm, mm, km, ft, in, or metres as a number");
   command.add("--truth-scale", o.truth_options.scale, positive("FACTOR"), "Extra factor on the truth's coordinates");

@@ -7,9 +7,13 @@
 #include <nlohmann/json.hpp>
 
 #include "job.h"
+#include "output_files.h"
+#include "output_lock.h"
 #include "process.h"
+#include "torch_setup.h"
 #include "sarnerf/bake/extract.h"
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/manifest.h"
@@ -133,18 +137,23 @@ Truth load_truth(const Options& o, Console& console, const Monitor& monitor) {
   return truth;
 }
 
-Scores score_extraction(const Options& o, const Truth& truth, const Model& model, const Extraction& extraction,
-                        Console& console, const Monitor& monitor) {
+Witnesses witnesses_of(const Options& o, const ModelInfo& info, Console& console, const Monitor& monitor) {
+  Witnesses witnesses;
+  for (const DatasetView& view : info.training_views) witnesses.views.push_back(acquisition_of(view, info.aim_m));
+  witnesses.images = training_images(o, info, console, monitor);
+  return witnesses;
+}
+
+Scores score_mesh(const Truth& truth, const SurfaceMesh& mesh, const Witnesses& witnesses, const CarvingLattice& lattice,
+                  std::optional<double> ground_height_m, Console& console, const Monitor& monitor) {
   const Stopwatch watch;
-  std::vector<Acquisition> views;
-  for (const DatasetView& view : model.info.training_views) views.push_back(acquisition_of(view, model.info.aim_m));
   ScoreOptions options;
   options.truth_volume = truth.volume.volume;
   options.monitor = monitor;
   Scores scores;
   scores.truth_volume = truth.volume;
-  warn_if_apart(extraction.mesh, truth.surface.all, console);
-  scores.extracted = score(extraction.mesh, truth.surface, views, options);
+  warn_if_apart(mesh, truth.surface.all, console);
+  scores.extracted = score(mesh, truth.surface, witnesses.views, options);
   const double ratio = scores.extracted.size_ratio;
   if (ratio > 0.0 && (ratio > kOtherUnits || ratio < 1.0 / kOtherUnits)) {
     char text[200];
@@ -154,13 +163,54 @@ Scores score_extraction(const Options& o, const Truth& truth, const Model& model
                   ratio);
     console.warning(text);
   }
-  const std::vector<PosedImage> images = training_images(o, model.info, console, monitor);
-  if (!images.empty()) {
-    const CarvingLattice lattice{extraction.box_m, extraction.voxel_size_m};
-    scores.carved = score(carved_solid(images, lattice, o.extract.ground_height_m, monitor), truth.surface, views, options);
+  if (!witnesses.images.empty()) {
+    const SurfaceMesh carved = carved_solid(witnesses.images, lattice, ground_height_m, monitor);
+    scores.carved = score(carved, truth.surface, witnesses.views, options);
   }
   scores.seconds = watch.seconds();
   return scores;
+}
+
+namespace {
+
+/// All views of a dataset folder.
+Witnesses witnesses_of_dataset(const std::filesystem::path& folder, bool with_images, const Monitor& monitor) {
+  const Dataset dataset = read_manifest(folder);
+  Witnesses witnesses;
+  for (const DatasetView& view : dataset.views) witnesses.views.push_back(acquisition_of(view, dataset.aim_m));
+  if (with_images) {
+    std::vector<std::size_t> all(dataset.views.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    witnesses.images = load_images(folder, dataset, all, monitor);
+  }
+  return witnesses;
+}
+
+}  // namespace
+
+std::string score_and_write(const Options& o, Console& console, const Monitor& monitor) {
+  const std::filesystem::path output = o.score.string() + ".score.json";
+  const std::vector<std::filesystem::path> inputs{o.model, o.truth, o.score, o.shared.config_file};
+  refuse_input(output, inputs);
+  const bool of_dataset = std::filesystem::exists(o.model / "dataset.json");
+  const Truth truth = load_truth(o, console, monitor);
+  LoadOptions as_it_is;
+  as_it_is.monitor = monitor;
+  const Scene scene = load_scene(o.score, as_it_is);
+  for (const std::string& warning : scene.report.warnings) console.warning(warning);
+  const Witnesses witnesses = of_dataset ? witnesses_of_dataset(o.model, o.images != "none", monitor)
+                                         : witnesses_of(o, open_model(o.model, console).info, console, monitor);
+  // Carving has the cube that an extraction of these options would have, about the truth.
+  const Box box_m = box_of(truth.surface.all);
+  const int resolution = o.extract.resolution > 0 ? o.extract.resolution : ExtractOptions{}.resolution;
+  const glm::dvec3 centre_m = o.extract.centre_m.value_or(box_m.empty() ? glm::dvec3(0.0) : box_m.centre());
+  const CarvingLattice lattice{{centre_m - 0.5 * o.extract.extent_m, centre_m + 0.5 * o.extract.extent_m}, o.extract.extent_m / resolution};
+  const Scores scores = score_mesh(truth, {scene.mesh.vertices_m, scene.mesh.triangles}, witnesses, lattice,
+                                   o.extract.ground_height_m, console, monitor);
+  const Json report{{"format", "sarnerf-report"}, {"version", 1}, {"mesh", o.score.filename().string()},
+                    {"truth", o.truth.filename().string()}, {"scores", scores_json(scores)}};
+  write_file_atomically(output, valid_text(report).dump(2) + "\n");
+  return (o.shared.verbosity < 0 ? "" : table_text(scores)) + output.string() + "\n";
 }
 
 std::string table_text(const Scores& scores) {

@@ -1,0 +1,90 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Shapes that no constant was chosen on, and their surfaces learned from images. Needs a build (scripts/demo.sh makes one).
+set -eu
+
+usage() {
+  cat <<USAGE
+Usage: scripts/surfaces_table.sh [--seeds LIST] [--sets LIST] [--field NAME] [--ground MATERIAL] [--looks L] [--folder FOLDER] [SCENE[:SCALE]...]
+Renders shapes (sar_bench scenes), learns them with the default settings, extracts bodies, and prints their scores beside those of
+carving alone (Markdown). What is there is not made again. Data, runs and bodies stay in FOLDER.
+  --seeds LIST     of generated shapes (default 206:210; development used 201 to 205)
+  --sets LIST      of views: "396" pitches 20 to 70 deg, azimuths every 10 deg; "36" the azimuths at 45 deg; "12" every third of
+                   these (default "36 12 396")
+  --field NAME     surface (default), grid or mlp
+  --ground MATERIAL, --looks L  of sar_render: a ground (default none), speckle (default inf)
+  --folder FOLDER  (default build/surfaces_table)
+  SCENE            other scenes, after the generated ones
+USAGE
+}
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+seeds=206:210
+sets="36 12 396"
+field=surface
+ground=none
+looks=inf
+folder=$root/build/surfaces_table
+scenes=
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --seeds) seeds=$2; shift 2 ;;
+    --sets) sets=$2; shift 2 ;;
+    --field) field=$2; shift 2 ;;
+    --ground) ground=$2; shift 2 ;;
+    --looks) looks=$2; shift 2 ;;
+    --folder) folder=$2; shift 2 ;;
+    -h | --help) usage; exit 0 ;;
+    -*) usage >&2; exit 2 ;;
+    *) scenes="$scenes $1"; shift ;;
+  esac
+done
+programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
+pixel_m=0.3
+mkdir -p "$folder"
+if [ -n "$seeds" ]; then
+  generated=$("$programs/sar_bench/sar_bench" scenes --seed "$seeds" -o "$folder/scenes" --quiet)
+  scenes="$generated $scenes"
+fi
+
+# The n-th occurrence of a key in a report: the extracted body comes first, then the carved one.
+value() {
+  tr -d ' \n' < "$1" | grep -o "\"$2\":[-0-9.e+]*" | sed -n "$3{s/.*://;p;}"
+}
+
+echo "| scene | views | IoU | observable | carving's | best hull's IoU | (1 − observable) / carving's | difference (m) | (pixels) | visible Chamfer (m) | components | unseen (%) | training (s) | extraction (s) |"
+echo "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+for item in $scenes; do
+  scene=${item%%:*}
+  scale=1
+  case "$item" in *:*) scale=${item##*:} ;; esac
+  name=$(basename "$scene")
+  name=${name%.*}
+  if [ "$name" = scene ]; then name=$(basename "$(dirname "$scene")"); fi
+  for set in $sets; do
+    pitch=45
+    azimuth=0:350:10
+    case "$set" in
+      396) pitch=20:70:5 ;;
+      12) azimuth=0:330:30 ;;
+    esac
+    data=$folder/$name.$ground.$looks.$set
+    run=$data.$field
+    report=$run.body.report.json
+    if [ ! -f "$report" ]; then
+      # Four times as many rays as the automatic sampling, so that truth and learner share no discretisation.
+      "$programs/sar_render/sar_render" "$scene" --scale "$scale" --pitch "$pitch" --azimuth "$azimuth" --size 128x128 --spacing $pixel_m \
+        --altitude 10000 --engine surface --elevations 768 --sub-rows 27 --ground "$ground" --looks "$looks" -o "$data" -q > /dev/null
+      "$programs/sar_nerf_train/sar_nerf_train" "$data" --field "$field" --holdout 0 -o "$run" -q > /dev/null
+      "$programs/sar_extract/sar_extract" "$run" "$run.body.vdb" --truth "$scene" --truth-scale "$scale" --images "$data" \
+        --mesh "$run.body.ply" --preview "$run.body.png" --overwrite -q > /dev/null
+    fi
+    training=$(sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$run/report.json" | head -n 1)
+    seconds=$(value "$report" field 1; value "$report" body 1; value "$report" mesh 1; value "$report" write 1)
+    echo "$name $set $(value "$report" iou 1) $(value "$report" observable_iou 1) $(value "$report" observable_iou 2)" \
+      "$(value "$report" hull_iou 1) $(value "$report" symmetric_difference_m 1) $pixel_m $(value "$report" chamfer_m 2)" \
+      "$(value "$report" components 1) $(value "$report" unseen_part 1) $training $(echo "$seconds" | awk '{ s += $1 } END { print s }')" |
+      awk '{ printf "| %s | %d | %.3f | %.3f | %.3f | %.3f | %.2f | %.3f | %.2f | %.3f | %d | %.0f | %.0f | %.1f |\n",
+             $1, $2, $3, $4, $5, $6, (1 - $4) / (1 - $5), $7, $7 / $8, $9, $10, 100 * $11, $12, $13 }'
+  done
+done
