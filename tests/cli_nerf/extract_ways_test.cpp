@@ -87,6 +87,43 @@ TEST_CASE("a network goes all the way: learned, rendered, taken out as a volume,
   CHECK(sarnerf::relative_l2_error(folder.image("volume"), folder.image("predicted")) < 0.25);
 }
 
+TEST_CASE("a surface goes all the way: learned, rendered, contoured, rendered from the volume, and scored as any mesh") {
+  const CubeFolder folder;
+  folder.must(SAR_NERF_TRAIN, {"data", "-o", "run", "--field", "surface", "--steps", "150", "-q"});
+  folder.must(SAR_NERF_RENDER, {"run", "--azimuth", "15", "-o", "predicted"});
+  folder.must(SAR_RENDER, with({"cube.obj", "--azimuth", "15", "--aim", "0,0,0", "-o", "truth"}, CubeFolder::pixels()));
+  CHECK(sarnerf::relative_l2_error(folder.image("predicted"), folder.image("truth")) < 0.3);
+
+  const Outcome extracted = folder.must(SAR_EXTRACT, {"run", "body.vdb", "--resolution", "64", "--extent", "5", "--mesh", "body.ply",
+                                                      "--truth", "cube.obj"});
+  CHECK(extracted.out.find("1 component") != std::string::npos);
+  const Json report = json_of(folder / "body.report.json");
+  CHECK(report["components"] == 1);
+  CHECK(report["scores"]["extracted"]["observable_iou"].get<double>() > 0.75);
+  CHECK(report["scores"]["extracted"]["symmetric_difference_m"].get<double>() < 0.15);
+  std::ifstream ply(folder / "body.ply");
+  std::string header(400, ' ');
+  ply.read(header.data(), static_cast<std::streamsize>(header.size()));
+  CHECK(header.find("property uchar unseen") != std::string::npos);
+
+  folder.must(SAR_RENDER, with({"body.vdb", "--azimuth", "15", "--aim", "0,0,0", "--elevations", "400", "-o", "volume"},
+                               CubeFolder::pixels()));
+  CHECK(sarnerf::relative_l2_error(folder.image("volume"), folder.image("predicted")) < 0.3);
+
+  // The same mesh, read back, with the views of the dataset or of the model.
+  for (const char* source : {"data", "run"}) {
+    const Outcome scored = folder.must(SAR_EXTRACT, {source, "--score", "body.ply", "--truth", "cube.obj"});
+    CHECK(scored.out.find("body.ply.score.json") != std::string::npos);
+    const Json again = json_of(folder / "body.ply.score.json")["scores"]["extracted"];
+    for (const char* key : {"iou", "observable_iou", "symmetric_difference_m"})
+      CHECK(again[key].get<double>() == Approx(report["scores"]["extracted"][key].get<double>()).epsilon(1e-6));
+  }
+  const Outcome without = folder.run(SAR_EXTRACT, {"run", "--score", "body.ply"});
+  CHECK(without.code == 2);
+  CHECK(without.err.find("--truth") != std::string::npos);
+  CHECK(folder.run(SAR_EXTRACT, {"run", "other.vdb", "--shell"}).code == 2);
+}
+
 TEST_CASE("a model knows the rule that it was learned by, and its volume too") {
   const CubeFolder folder;
   for (const std::string rule : {"paper-gated", "exact"}) {
