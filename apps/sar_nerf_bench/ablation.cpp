@@ -287,7 +287,7 @@ Cell learn(const Material& m, Method method, const Rule* rule, int seed, std::in
   TrainerOptions options = options_of(set);
   for (const auto& change : method.options) change(options, set);
   options.seed = static_cast<std::uint64_t>(seed);
-  if (n_steps == 0) n_steps = default_steps(set);
+  if (n_steps == 0) n_steps = default_steps(set, "grid");
   Cell cell{m.name, rule ? rule->name : kAll, seed};
   cell.is_speckled = m.is_speckled;
   Trainer trainer(std::move(set), options);

@@ -29,7 +29,7 @@ void run(const Options& asked, Console& console) {
   const Stopwatch loading;
   Data data = load_data(options, console, monitor);
   times.add("load images", loading.seconds());
-  if (options.steps == 0) options.steps = default_steps(data.set);
+  if (options.steps == 0) options.steps = default_steps(data.set, options.field);
   const TrainerOptions training = training_options(options, data.set);
   if (options.field == "mlp") warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
   const std::string config = config_text(options, training);

@@ -88,7 +88,7 @@ void add_options(CommandLine& command, Options& o) {
   command.refuse_replaced("--smoothness", "its rule was dropped, leave it out");
   command.then([&] { refuse_two_ends(command); });
   command.add("--steps", o.steps, whole("N", 1, 1'000'000'000).or_word("auto", 0),
-              "Steps of the optimiser; auto: 1000, and 600 where images show a ground");
+              "Steps of the optimiser; auto: 1000, and 600 where images show a ground; surface: 400, with 100 images or more 1000");
   command.add("--time", o.time_s, seconds(),
               "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
   command.read_later({"--steps"});

@@ -107,6 +107,9 @@ constexpr int kClockStepsLeft = 300;
 /// With incidences this far apart (rad), images contradict surfaces at wrong heights.
 constexpr double kIncidencesDiffer = 5.0 * std::numbers::pi / 180.0;
 
+/// Images from which on the field `surface` needs more steps: those that see a voxel come more rarely.
+constexpr std::size_t kManyImages = 100;
+
 /// With fewer images, weight decay darkens parts that the images do not determine.
 constexpr std::size_t kLeastOfManyDirections = 36;
 
@@ -165,7 +168,10 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   return options;
 }
 
-std::int64_t default_steps(const TrainingSet& set) { return set.ground ? 600 : 1000; }
+std::int64_t default_steps(const TrainingSet& set, const std::string& field) {
+  if (field == "surface") return set.images.size() < kManyImages ? 400 : 1000;
+  return set.ground ? 600 : 1000;
+}
 
 std::string options_json(const TrainerOptions& options) {
   Json json = Json::object();
