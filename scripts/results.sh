@@ -8,7 +8,8 @@ usage() {
 Usage: scripts/results.sh [--folder FOLDER] [--meshes FOLDER] [--chips FOLDER] [--insert] [STUDY...]
 Runs each study and keeps its Markdown as FOLDER/STUDY.md. A study whose file is there is not run again. With --insert, each
 table replaces the one between <!-- results STUDY --> and <!-- end --> in README.md and docs/results/*.md.
-Studies: accuracy solids ground learning pitch response speckle scenes chips depressions extraction; all without arguments.
+Studies: accuracy solids ground learning pitch response speckle scenes chips depressions extraction surfaces surfaces_ground; all
+without arguments.
   --folder FOLDER  (default build/results)
   --meshes FOLDER  meshes from outside: stanford-bunny.obj, Kenney's vehicle-truck-*.obj and building-small-*.obj; what
                    is missing is left out
@@ -33,7 +34,7 @@ while [ $# -gt 0 ]; do
     *) studies="$studies $1"; shift ;;
   esac
 done
-studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions extraction}
+studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions extraction surfaces surfaces_ground}
 export SARNERF_PROGRAMS="${SARNERF_PROGRAMS:-$root/build/release/apps}"
 bench=$SARNERF_PROGRAMS/sar_bench/sar_bench
 revision=$(git -C "$root" rev-parse --short HEAD)
@@ -106,6 +107,17 @@ study_depressions() {
   "$root/scripts/depressions_table.sh" --folder depressions.data --import "--csv $chips/manifest.csv --amplitude-scale 4/65535" \
     "$chips/2S1_b01"
   command='scripts/depressions_table.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01'
+}
+study_surfaces() {
+  # shellcheck disable=SC2046
+  "$root/scripts/surfaces_table.sh" --folder surfaces.data "$root/data/platform_inverted.json" $(mesh spot.obj:6) \
+    $(mesh vehicle-truck-green.obj:2.5) $(mesh building-small-a.obj:10)
+  command='scripts/surfaces_table.sh data/platform_inverted.json spot.obj:6 vehicle-truck-green.obj:2.5 building-small-a.obj:10'
+}
+study_surfaces_ground() {
+  "$root/scripts/surfaces_table.sh" --folder surfaces.data --sets 36 --ground grass
+  "$root/scripts/surfaces_table.sh" --folder surfaces.data --sets "36 396" --ground grass --looks 4 | sed 1,2d
+  command='scripts/surfaces_table.sh --sets 36 --ground grass; scripts/surfaces_table.sh --sets "36 396" --ground grass --looks 4'
 }
 study_extraction() {
   solids=

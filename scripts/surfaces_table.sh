@@ -52,8 +52,8 @@ value() {
   tr -d ' \n' < "$1" | grep -o "\"$2\":[-0-9.e+]*" | sed -n "$3{s/.*://;p;}"
 }
 
-echo "| scene | views | IoU | observable | carving's | best hull's IoU | (1 − observable) / carving's | difference (m) | (pixels) | visible Chamfer (m) | components | unseen (%) | training (s) | extraction (s) |"
-echo "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+echo "| scene | ground, looks | views | IoU | observable | carving's | best hull's IoU | (1 − observable) / carving's | difference (m) | (pixels) | visible Chamfer (m) | components | unseen (%) | training (s) | extraction (s) |"
+echo "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
 for item in $scenes; do
   scene=${item%%:*}
   scale=1
@@ -81,10 +81,10 @@ for item in $scenes; do
     fi
     training=$(sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$run/report.json" | head -n 1)
     seconds=$(value "$report" field 1; value "$report" body 1; value "$report" mesh 1; value "$report" write 1)
-    echo "$name $set $(value "$report" iou 1) $(value "$report" observable_iou 1) $(value "$report" observable_iou 2)" \
+    echo "$name $ground $looks $set $(value "$report" iou 1) $(value "$report" observable_iou 1) $(value "$report" observable_iou 2)" \
       "$(value "$report" hull_iou 1) $(value "$report" symmetric_difference_m 1) $pixel_m $(value "$report" chamfer_m 2)" \
       "$(value "$report" components 1) $(value "$report" unseen_part 1) $training $(echo "$seconds" | awk '{ s += $1 } END { print s }')" |
-      awk '{ printf "| %s | %d | %.3f | %.3f | %.3f | %.3f | %.2f | %.3f | %.2f | %.3f | %d | %.0f | %.0f | %.1f |\n",
-             $1, $2, $3, $4, $5, $6, (1 - $4) / (1 - $5), $7, $7 / $8, $9, $10, 100 * $11, $12, $13 }'
+      awk '{ printf "| %s | %s, %s | %d | %.3f | %.3f | %.3f | %.3f | %.2f | %.3f | %.2f | %.3f | %d | %.0f | %.0f | %.1f |\n",
+             $1, $2, $3, $4, $5, $6, $7, $8, (1 - $6) / (1 - $7), $9, $9 / $10, $11, $12, 100 * $13, $14, $15 }'
   done
 done

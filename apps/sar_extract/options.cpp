@@ -105,7 +105,7 @@ void add_options(CommandLine& command, Options& o, BodyFlags& flags) {
     if (o.score.empty()) return;
     if (o.truth.empty()) throw UsageError("--score: expected --truth, the mesh to compare with; give it, too");
     require_scene_file(o.score);
-    for (const char* name : {"--mesh", "--preview", "OUT"})
+    for (const char* name : {"--mesh", "OUT"})
       if (command.given(name)) throw UsageError(std::string("--score extracts nothing: leave out ") + name);
   });
   command.add("--truth-units", o.truth_options.units_m, units_m(),

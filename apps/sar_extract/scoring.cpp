@@ -192,6 +192,7 @@ std::string score_and_write(const Options& o, Console& console, const Monitor& m
   const std::filesystem::path output = o.score.string() + ".score.json";
   const std::vector<std::filesystem::path> inputs{o.model, o.truth, o.score, o.shared.config_file};
   refuse_input(output, inputs);
+  if (!o.preview.empty()) refuse_input(o.preview, inputs);
   const bool of_dataset = std::filesystem::exists(o.model / "dataset.json");
   const Truth truth = load_truth(o, console, monitor);
   LoadOptions as_it_is;
@@ -205,12 +206,16 @@ std::string score_and_write(const Options& o, Console& console, const Monitor& m
   const int resolution = o.extract.resolution > 0 ? o.extract.resolution : ExtractOptions{}.resolution;
   const glm::dvec3 centre_m = o.extract.centre_m.value_or(box_m.empty() ? glm::dvec3(0.0) : box_m.centre());
   const CarvingLattice lattice{{centre_m - 0.5 * o.extract.extent_m, centre_m + 0.5 * o.extract.extent_m}, o.extract.extent_m / resolution};
-  const Scores scores = score_mesh(truth, {scene.mesh.vertices_m, scene.mesh.triangles}, witnesses, lattice,
-                                   o.extract.ground_height_m, console, monitor);
+  const SurfaceMesh mesh{scene.mesh.vertices_m, scene.mesh.triangles};
+  const Scores scores = score_mesh(truth, mesh, witnesses, lattice, o.extract.ground_height_m, console, monitor);
   const Json report{{"format", "sarnerf-report"}, {"version", 1}, {"mesh", o.score.filename().string()},
                     {"truth", o.truth.filename().string()}, {"scores", scores_json(scores)}};
-  write_file_atomically(output, valid_text(report).dump(2) + "\n");
-  return (o.shared.verbosity < 0 ? "" : table_text(scores)) + output.string() + "\n";
+  AtomicFiles files;
+  if (!o.preview.empty()) files.add(o.preview, encode_png(preview(mesh)));
+  files.add(output, valid_text(report).dump(2) + "\n");
+  files.commit();
+  return (o.shared.verbosity < 0 ? "" : table_text(scores)) + output.string() + "\n" +
+         (o.preview.empty() ? "" : o.preview.string() + "\n");
 }
 
 std::string table_text(const Scores& scores) {

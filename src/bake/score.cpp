@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "columns.h"
-#include "observable.h"
 #include "sarnerf/bake/surface_mesh.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/numbers.h"
