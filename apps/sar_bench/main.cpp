@@ -82,9 +82,9 @@ CLI::App& add_extraction_command(CLI::App& app, sarnerf::bench::ExtractionOption
       ->type_name("N")
       ->check(CLI::Range(1, 1000).description(""))
       ->capture_default_str();
-  command.add_option("--field", o.field, "grid or mlp")
+  command.add_option("--field", o.field, "grid, surface or mlp")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"grid", "mlp"}).description(""))
+      ->check(CLI::IsMember({"grid", "surface", "mlp"}).description(""))
       ->capture_default_str();
   command.add_option("--surfaces", o.surfaces, "Of sar_nerf_train: auto, on or off")
       ->type_name("NAME")

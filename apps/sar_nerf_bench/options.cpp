@@ -21,7 +21,7 @@ constexpr const char* kDescription =
 
 constexpr const char* kFooter =
     "Fields:\n"
-    "  grid, mlp  as sar_nerf_train learns them by default. Rates and resolution follow the share of the\n"
+    "  grid, surface, mlp  as sar_nerf_train learns them by default. Rates and resolution follow the share of the\n"
     "             planned time that is over, so each time of --time is a run of its own\n"
     "  plain      the paper's way in plain LibTorch: whole-image steps, nothing skipped. Its runs differ in\n"
     "             nothing but where they end: one is enough\n"
@@ -31,12 +31,12 @@ constexpr const char* kFooter =
     "  sar_nerf_bench cuboid/ --against cuboid_test/ --time grid=2s,10s --time mlp=1m,10m --time plain=1h\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 130 interrupted.";
 
-const std::vector<std::string> kFields{"grid", "mlp", "plain"};
+const std::vector<std::string> kFields{"grid", "surface", "mlp", "plain"};
 
 const std::map<std::string, std::vector<double>> kTimes_s{
-    {"grid", {2, 5, 10, 30}}, {"mlp", {20, 60, 300}}, {"plain", {600}}};
+    {"grid", {2, 5, 10, 30}}, {"surface", {5, 10, 30}}, {"mlp", {20, 60, 300}}, {"plain", {600}}};
 const std::map<std::string, std::vector<double>> kQuickTimes_s{
-    {"grid", {2, 5}}, {"mlp", {15}}, {"plain", {30}}};
+    {"grid", {2, 5}}, {"surface", {5}}, {"mlp", {15}}, {"plain", {30}}};
 
 std::vector<std::string> parts_of(const std::string& text) {
   std::vector<std::string> parts;
@@ -48,7 +48,7 @@ std::vector<std::string> parts_of(const std::string& text) {
 void require_field(const std::string& option, const std::string& field) {
   if (std::ranges::find(kFields, field) != kFields.end()) return;
   const std::string close = closest_name(field, kFields);
-  throw UsageError(option + ": expected grid, mlp or plain, found " + in_quotes(field) +
+  throw UsageError(option + ": expected grid, surface, mlp or plain, found " + in_quotes(field) +
                    (close.empty() ? "" : " (" + close + "?)"));
 }
 
@@ -71,7 +71,7 @@ Contest contest_of(const std::string& fields, const std::vector<std::string>& ti
       contest.emplace_back(field, (quick ? kQuickTimes_s : kTimes_s).at(field));
   }
   if (contest.empty())
-    throw UsageError("--fields: expected some of grid, mlp, plain, found " + in_quotes(fields));
+    throw UsageError("--fields: expected some of grid, surface, mlp, plain, found " + in_quotes(fields));
   for (const std::string& text : times) {
     const auto equals = text.find('=');
     if (equals == std::string::npos) {

@@ -34,7 +34,7 @@ class TrainedField : public Contestant {
 
 std::unique_ptr<Contestant> make_contestant(const std::string& field, TrainingSet set,
                                             std::uint64_t seed) {
-  app::use_torch_threads(field == "grid" ? 1 : thread_count());
+  app::use_torch_threads(field == "grid" || field == "surface" ? 1 : thread_count());
   if (field == "plain") {
     PlainOptions options;
     options.seed = seed;

@@ -26,7 +26,8 @@ constexpr const char* kDescription =
     "The same\n"
     "command continues after an interruption. Images of amplitude are squared: what is modelled is "
     "power.\n"
-    "The loss is the mean square error of power. Over a level ground, each error is divided by its standard deviation first.";
+    "The loss is the mean square error of power, and for --field surface of its root. Over a level ground, each error of power\n"
+    "is divided by its standard deviation first.";
 
 constexpr const char* kExamples =
     "Examples:\n"
@@ -87,8 +88,12 @@ void add_options(CommandLine& command, Options& o) {
               "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
   command.refuse_replaced("--smoothness", "its rule was dropped, leave it out");
   command.then([&] { refuse_two_ends(command); });
+  command.then([&] {
+    if (o.field != "grid" && o.surfaces)
+      throw UsageError("--surfaces makes the voxels of --field grid opaque, which --field " + o.field + " has none of; leave it out");
+  });
   command.add("--steps", o.steps, whole("N", 1, 1'000'000'000).or_word("auto", 0),
-              "Steps of the optimiser; auto: 1000, and 600 where images show a ground; surface: 400, with 100 images or more 1000");
+              "Steps of the optimiser; auto: 1000, and 600 where images show a ground; surface: 800, with 100 images or more 1000");
   command.add("--time", o.time_s, seconds(),
               "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
   command.read_later({"--steps"});

@@ -46,7 +46,7 @@ enum class Schedule { steps, clock };
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
                                std::optional<bool> surfaces = std::nullopt);
 
-/// Steps after which more of them bring little: 1000, and 600 over a ground, where a step takes longer; for the field `surface` 400,
+/// Steps after which more of them bring little: 1000, and 600 over a ground, where a step takes longer; for the field `surface` 800,
 /// and 1000 with 100 images or more.
 std::int64_t default_steps(const TrainingSet& set, const std::string& field);
 

@@ -169,7 +169,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
 }
 
 std::int64_t default_steps(const TrainingSet& set, const std::string& field) {
-  if (field == "surface") return set.images.size() < kManyImages ? 400 : 1000;
+  if (field == "surface") return set.images.size() < kManyImages ? 800 : 1000;
   return set.ground ? 600 : 1000;
 }
 
