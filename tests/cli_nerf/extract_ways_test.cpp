@@ -201,7 +201,7 @@ TEST_CASE("a truth without an inside is compared by its surface, and that is sai
   const Outcome sheet = scene.extract(with({"run", "sheet.vdb", "--truth", "sheet.obj"}, size));
   INFO(sheet.err);
   REQUIRE(sheet.code == 0);
-  CHECK(sheet.out.find("| extracted     |   - |         - |      - |      - |") != std::string::npos);
+  CHECK(sheet.out.find("| extracted     |   - |          - |              - |         - |      - |      - |") != std::string::npos);
   CHECK(sheet.out.find("no volumes of the truth: ") != std::string::npos);
   const Json scores = json_of(scene / "sheet.report.json")["scores"];
   CHECK(scores["truth_volume"]["kind"] == "none");
