@@ -37,13 +37,10 @@ done
 if [ -z "$scenes" ]; then
   for solid in cuboid platform_upright platform_inverted l_building; do scenes="$scenes $root/data/$solid.json"; done
 fi
+if [ "$field" != grid ]; then surfaces=auto; fi  # other fields have no such choice
+. "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
-
-# What follows the n-th occurrence of a key in a report: the extracted body comes first, then the carved one.
-value() {
-  tr -d ' \n' < "$1" | grep -o "\"$2\":[-0-9.e+]*" | sed -n "$3{s/.*://;p;}"
-}
 
 echo "| scene | views | ground | IoU | carving's | share of its error left | visible Chamfer (m) | Hausdorff (m) | training (s) | extraction (s) | memory (MiB) |"
 echo "|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|"
@@ -63,7 +60,7 @@ for item in $scenes; do
     "$programs/sar_render/sar_render" "$scene" --scale "$scale" --pitch "$pitch" --azimuth 0:350:10 --size 128x128 \
       --spacing 0.3 --altitude 10000 --engine surface --elevations 768 --sub-rows 27 -o "$data" -q > /dev/null
     "$programs/sar_nerf_train/sar_nerf_train" "$data" --field "$field" --surfaces "$surfaces" -o "$run" -q > /dev/null
-    training=$(sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$run/report.json" | head -n 1)
+    training=$(run_seconds "$run/report.json")
     for ground in unknown 0; do
       out=$run.$ground
       height=
@@ -72,9 +69,9 @@ for item in $scenes; do
       "$programs/sar_extract/sar_extract" "$run" "$out.vdb" $height --truth "$truth" --truth-scale "$scale" \
         --images "$data" --mesh "$out.ply" --preview "$out.png" --overwrite -q > "$out.txt"
       report=$out.report.json
-      seconds=$(value "$report" field 1; value "$report" body 1; value "$report" mesh 1; value "$report" write 1)
+      seconds=$(extraction_seconds "$report")
       echo "$name $set $ground $(value "$report" iou 1) $(value "$report" iou 2) $(value "$report" chamfer_m 2)" \
-        "$(value "$report" hausdorff_m 2) $training $(echo "$seconds" | awk '{ s += $1 } END { print s }')" \
+        "$(value "$report" hausdorff_m 2) $training $seconds" \
         "$(value "$report" peak 1)" |
         awk '{ printf "| %s | %d | %s | %.3f | %.3f | %.2f | %.3f | %.2f | %.1f | %.1f | %.0f |\n",
                $1, $2, $3, $4, $5, (1 - $4) / (1 - $5), $6, $7, $8, $9, $10 / 1048576 }'

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# For scripts that make tables of sar_nerf_train's reports: sourced by them.
+# For scripts that make tables of the programs' reports: sourced by them.
 
 # report_means REPORT evaluation|despeckled KEY: the key's means, one a line: the model's, the baselines', what bounds them.
 report_means() {
@@ -22,6 +22,22 @@ model_and_best() {
       printf "%.2f | %.2f", v[1], best
       if (n_bounds > 0) printf " | %.2f", bound
     }'
+}
+
+# value REPORT KEY N: what follows the N-th occurrence of a key in sar_extract's report, where the extracted body comes first, then
+# the carved one.
+value() {
+  tr -d ' \n' < "$1" | grep -o "\"$2\":[-0-9.e+]*" | sed -n "$3{s/.*://;p;}"
+}
+
+# extraction_seconds REPORT: of sar_extract, without scores.
+extraction_seconds() {
+  for stage in field body mesh write; do value "$1" $stage 1; done | awk '{ s += $1 } END { print s }'
+}
+
+# run_seconds REPORT: of sar_nerf_train, all programs of the run together.
+run_seconds() {
+  sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$1" | head -n 1
 }
 
 # training_seconds REPORT

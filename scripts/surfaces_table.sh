@@ -39,6 +39,7 @@ while [ $# -gt 0 ]; do
     *) scenes="$scenes $1"; shift ;;
   esac
 done
+. "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 pixel_m=0.3
 mkdir -p "$folder"
@@ -46,11 +47,6 @@ if [ -n "$seeds" ]; then
   generated=$("$programs/sar_bench/sar_bench" scenes --seed "$seeds" -o "$folder/scenes" --quiet)
   scenes="$generated $scenes"
 fi
-
-# The n-th occurrence of a key in a report: the extracted body comes first, then the carved one.
-value() {
-  tr -d ' \n' < "$1" | grep -o "\"$2\":[-0-9.e+]*" | sed -n "$3{s/.*://;p;}"
-}
 
 echo "| scene | ground, looks | views | IoU | observable | carving's | best hull's IoU | (1 − observable) / carving's | difference (m) | (pixels) | visible Chamfer (m) | components | unseen (%) | training (s) | extraction (s) |"
 echo "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
@@ -79,11 +75,11 @@ for item in $scenes; do
       "$programs/sar_extract/sar_extract" "$run" "$run.body.vdb" --truth "$scene" --truth-scale "$scale" --images "$data" \
         --mesh "$run.body.ply" --preview "$run.body.png" --overwrite -q > /dev/null
     fi
-    training=$(sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$run/report.json" | head -n 1)
-    seconds=$(value "$report" field 1; value "$report" body 1; value "$report" mesh 1; value "$report" write 1)
+    training=$(run_seconds "$run/report.json")
+    seconds=$(extraction_seconds "$report")
     echo "$name $ground $looks $set $(value "$report" iou 1) $(value "$report" observable_iou 1) $(value "$report" observable_iou 2)" \
       "$(value "$report" hull_iou 1) $(value "$report" symmetric_difference_m 1) $pixel_m $(value "$report" chamfer_m 2)" \
-      "$(value "$report" components 1) $(value "$report" unseen_part 1) $training $(echo "$seconds" | awk '{ s += $1 } END { print s }')" |
+      "$(value "$report" components 1) $(value "$report" unseen_part 1) $training $seconds" |
       awk '{ printf "| %s | %s, %s | %d | %.3f | %.3f | %.3f | %.3f | %.2f | %.3f | %.2f | %.3f | %d | %.0f | %.0f | %.1f |\n",
              $1, $2, $3, $4, $5, $6, $7, $8, (1 - $6) / (1 - $7), $9, $9 / $10, $11, $12, 100 * $13, $14, $15 }'
   done

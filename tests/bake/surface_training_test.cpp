@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "../nerf/small_set.h"
 #include "../nerf/torch_catch.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
@@ -53,13 +54,6 @@ double train(Trainer& trainer, int from, int to, int n_steps) {
   double loss = 0.0;
   for (int n = from; n < to; ++n) loss = trainer.step(double(n) / n_steps).loss;
   return loss;
-}
-
-bool same_bits(const Archive& a, const Archive& b) {
-  if (a.json != b.json || a.tensors.size() != b.tensors.size()) return false;
-  for (const auto& [name, tensor] : a.tensors)
-    if (!b.tensors.contains(name) || !torch::equal(tensor, b.tensors.at(name))) return false;
-  return true;
 }
 
 /// Heights over the ball's radius above which views from 45° see it.

@@ -26,13 +26,4 @@ TrainerOptions small_options(const TrainingSet& set) {
   return options;
 }
 
-bool same_bits(const Archive& a, const Archive& b) {
-  if (a.json != b.json || a.tensors.size() != b.tensors.size()) return false;
-  for (const auto& [name, tensor] : a.tensors) {
-    const auto found = b.tensors.find(name);
-    if (found == b.tensors.end() || !torch::equal(tensor, found->second)) return false;
-  }
-  return true;
-}
-
 }  // namespace sarnerf

@@ -12,6 +12,13 @@ TrainingSet small_set(int n_views);
 TrainerOptions small_options(const TrainingSet& set);
 
 /// Whether two archives hold the same text and the same bits.
-bool same_bits(const Archive& a, const Archive& b);
+inline bool same_bits(const Archive& a, const Archive& b) {
+  if (a.json != b.json || a.tensors.size() != b.tensors.size()) return false;
+  for (const auto& [name, tensor] : a.tensors) {
+    const auto found = b.tensors.find(name);
+    if (found == b.tensors.end() || !torch::equal(tensor, found->second)) return false;
+  }
+  return true;
+}
 
 }  // namespace sarnerf
