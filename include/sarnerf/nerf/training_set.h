@@ -31,6 +31,8 @@ struct TrainingSet {
 
   /// Images for learning and carving: `deconvolved` if there are any, else `images`.
   const std::vector<PosedImage>& training_images() const { return deconvolved.empty() ? images : deconvolved; }
+  /// Smallest range spacing of the images (m).
+  double finest_bin_m() const;
 };
 
 /// One azimuth row of one of the images.

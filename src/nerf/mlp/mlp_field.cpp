@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <string>
 
 #include <torch/csrc/autograd/custom_function.h>
@@ -96,10 +95,7 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
   check(options);
   const GridTransform transform = grid_transform(set, options.voxel_size_m);
   CarvedVoxels carved = carve(set, transform, monitor);
-  MlpUnits units{std::numeric_limits<double>::infinity(), double{set.bright},
-                     integrator_from_name(options.integrator)};
-  for (const PosedImage& image : set.images)
-    units.reference_bin_m = std::min(units.reference_bin_m, image.acquisition.range_spacing_m);
+  const MlpUnits units{set.finest_bin_m(), double{set.bright}, integrator_from_name(options.integrator)};
   MlpNetwork network = make_mlp_network(options.shape, cube_around(set.box_m), seed);
   // A ReLU that is 0 everywhere would stay so. Space therefore begins as fog, with variations by the random weights.
   for (const MlpLayer& layer : mlp_layers(options.shape)) {

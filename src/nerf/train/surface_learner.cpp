@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -113,12 +112,6 @@ class SurfaceLearner : public FieldLearner {
   std::int64_t steps_ = 0;
 };
 
-double smallest_bin_m(const TrainingSet& set) {
-  double bin_m = std::numeric_limits<double>::infinity();
-  for (const PosedImage& image : set.images) bin_m = std::min(bin_m, image.acquisition.range_spacing_m);
-  return bin_m;
-}
-
 /// Bricks with a voxel that is nearer than `margin` voxels to an active one.
 BrickTopology bricks_around(const CarvedVoxels& voxels, int margin) {
   BrickTopology near;
@@ -151,7 +144,7 @@ SurfaceField empty_field(const TrainingSet& set, const CarvedVoxels& hull, const
 }
 
 SurfaceLearner::SurfaceLearner(const TrainingSet& set, const SurfaceOptions& options, const CarvedVoxels& hull)
-    : options_(options), bin_m_(smallest_bin_m(set)), field_(empty_field(set, hull, options, bin_m_)), lines_(field_.topology()),
+    : options_(options), bin_m_(set.finest_bin_m()), field_(empty_field(set, hull, options, bin_m_)), lines_(field_.topology()),
       albedo_lines_(field_.albedo_topology()), adam_distance_(field_.distance), adam_albedo_(field_.log_albedo), adam_exponent_(field_.exponent),
       last_reach_(torch::full({field_.distance.numel()}, -1, torch::kLong)) {
   start_from(hull);

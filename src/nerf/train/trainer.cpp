@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <span>
 #include <sstream>
@@ -202,9 +201,7 @@ struct Trainer::State {
 
   RaySampling sampling() const {
     const LearnedField& field = learner->field();
-    double most_m = std::numeric_limits<double>::infinity();
-    for (const PosedImage& image : set.images)
-      most_m = std::min(most_m, options.most_ray_spacing_bins * image.acquisition.range_spacing_m);
+    const double most_m = options.most_ray_spacing_bins * set.finest_bin_m();
     const double voxel_m = field.voxel_size_m();
     RaySampling s;
     s.ray_spacing_m = std::min(options.ray_spacing * voxel_m, most_m);

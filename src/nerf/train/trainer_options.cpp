@@ -138,8 +138,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   TrainerOptions options;
   if (schedule == Schedule::clock) options.grid.refine_steps_left = kClockStepsLeft;
   options.field = field;
-  double bin_m = std::numeric_limits<double>::infinity();
-  for (const PosedImage& image : set.images) bin_m = std::min(bin_m, image.acquisition.range_spacing_m);
+  const double bin_m = set.finest_bin_m();
   options.grid.voxel_size_m = 2.0 / 3.0 * bin_m;
   if (!set.exact_poses) options.n_registrations = 20;
   if (set.background && !set.ground) {

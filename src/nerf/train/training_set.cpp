@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
@@ -11,6 +12,12 @@
 #include "train/response.h"
 
 namespace sarnerf {
+
+double TrainingSet::finest_bin_m() const {
+  double bin_m = std::numeric_limits<double>::infinity();
+  for (const PosedImage& image : images) bin_m = std::min(bin_m, image.acquisition.range_spacing_m);
+  return bin_m;
+}
 
 namespace {
 
