@@ -50,6 +50,24 @@ TEST_CASE("without texture or without speckle the ground is the bottom of the bo
   CHECK(height_m(ground_scene(24, [](int) { return 1.0; })) == 1.0);
 }
 
+TEST_CASE("what views agree on in one place only is no texture of a ground") {
+  // A dim plate, 1.5 m above a ground without texture: as bright as the ground, so that masks do not exclude it.
+  auto images = featureless_scene(36);
+  for (PosedImage& image : images) {
+    const RadarFrame frame = radar_frame(image.acquisition);
+    const std::vector<double> offset_m = plane_offsets_m(image.acquisition, 1.5);
+    for (int i = 0; i < image.power.n_azimuth(); ++i)
+      for (int j = 0; j < image.power.n_range(); ++j) {
+        const glm::dvec3 p = image.acquisition.row_offset_m(i) * frame.h +
+                             offset_m[static_cast<std::size_t>(j)] * level_range_direction(image.acquisition);
+        if (std::abs(p.x) < 2.0 && std::abs(p.z) < 2.0) image.power(i, j) *= 1.5f;
+      }
+  }
+  const auto ground = estimate_ground(images, box_from(0.0));
+  REQUIRE(ground.has_value());
+  CHECK(ground->plane->height_m == 0.0);
+}
+
 TEST_CASE("a ground farther away than heights are tried stays at the bottom of the box") {
   const auto ground = estimate_ground(speckled_scene(36, 1.0), box_from(4.5));
   REQUIRE(ground.has_value());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -124,12 +125,43 @@ Cells cells_of(const Box& box_m, double pixel_m) {
 
 /// V (ground.h) and the mean square of single deviations, over cells that more than half of the views show as ground.
 struct Agreement {
-  double covariance = 0.0, variance = 0.0, n_cells = 0.0;
+  double covariance_sum = 0.0, variance_sum = 0.0, n_cells = 0.0;
+
+  double covariance() const { return n_cells > 0.0 ? covariance_sum / n_cells : 0.0; }
+  double variance() const { return n_cells > 0.0 ? variance_sum / n_cells : 0.0; }
+  Agreement& operator+=(const Agreement& other) {
+    covariance_sum += other.covariance_sum;
+    variance_sum += other.variance_sum;
+    n_cells += other.n_cells;
+    return *this;
+  }
 };
 
-Agreement agreement_at(double height_m, Views images, std::span<const RadarFrame> frames,
+/// Square regions of the plane, this number along each side.
+constexpr std::size_t kRegionsAlong = 8;
+using Regions = std::array<Agreement, kRegionsAlong * kRegionsAlong>;
+
+Agreement sum_of(const Regions& regions) {
+  Agreement sum;
+  for (const Agreement& region : regions) sum += region;
+  return sum;
+}
+
+/// V over its standard error, which follows from the scatter of V between regions.
+double significance_of(const Regions& regions) {
+  const double mean = sum_of(regions).covariance();
+  double sum = 0.0, squares = 0.0;
+  for (const Agreement& region : regions) {
+    const double deviation = region.covariance_sum - mean * region.n_cells;
+    sum += region.covariance_sum;
+    squares += deviation * deviation;
+  }
+  return squares > 0.0 ? sum / std::sqrt(squares) : 0.0;
+}
+
+Regions agreement_at(double height_m, Views images, std::span<const RadarFrame> frames,
                        std::span<const Deviation> deviations, const Cells& cells) {
-  std::vector<Agreement> of_row(static_cast<std::size_t>(cells.n_x));
+  std::vector<std::array<Agreement, kRegionsAlong>> of_row(static_cast<std::size_t>(cells.n_x));
   parallel_for(of_row.size(), 4, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t x = begin; x < end; ++x)
       for (int z = 0; z < cells.n_z; ++z) {
@@ -146,22 +178,15 @@ Agreement agreement_at(double height_m, Views images, std::span<const RadarFrame
           n += 1.0;
         }
         if (!(n > 1.0 && 2.0 * n > static_cast<double>(images.size()))) continue;
-        of_row[x].covariance += (sum * sum - squares) / (n * (n - 1.0));
-        of_row[x].variance += squares / n;
-        of_row[x].n_cells += 1.0;
+        of_row[x][static_cast<std::size_t>(z) * kRegionsAlong / static_cast<std::size_t>(cells.n_z)] +=
+            {(sum * sum - squares) / (n * (n - 1.0)), squares / n, 1.0};
       }
   });
-  Agreement all;
-  for (const Agreement& row : of_row) {
-    all.covariance += row.covariance;
-    all.variance += row.variance;
-    all.n_cells += row.n_cells;
-  }
-  if (all.n_cells > 0.0) {
-    all.covariance /= all.n_cells;
-    all.variance /= all.n_cells;
-  }
-  return all;
+  Regions regions{};
+  for (std::size_t x = 0; x < of_row.size(); ++x)
+    for (std::size_t r = 0; r < kRegionsAlong; ++r)
+      regions[x * kRegionsAlong / of_row.size() * kRegionsAlong + r] += of_row[x][r];
+  return regions;
 }
 
 /// Standard deviation of V if the views' deviations are independent; unblurred speckle is taken to be a pixel wide.
@@ -169,7 +194,7 @@ double noise_of(const Agreement& agreement, std::size_t n_views, double cell_m, 
   const double spread_m2 = 4.0 * kPi * (sigma_pixels * sigma_pixels + 1.0) * pixel_m * pixel_m;
   const double n_independent = std::max(1.0, agreement.n_cells * std::min(1.0, cell_m * cell_m / spread_m2));
   const double pairs = 0.5 * static_cast<double>(n_views) * static_cast<double>(n_views - 1);
-  return agreement.variance / std::sqrt(pairs * n_independent);
+  return agreement.variance() / std::sqrt(pairs * n_independent);
 }
 
 /// The height at which masked views agree best, if the agreement is significant and the height below the box's top.
@@ -186,17 +211,20 @@ std::optional<double> agreed_height_m(Views images, std::span<const Mask> masks,
 
   const Cells cells = cells_of(box_m, pixel_m);
   const int n_steps = static_cast<int>(std::lround(rule.height_reach_pixels / rule.height_step_pixels));
-  std::vector<Agreement> agreement;
+  std::vector<Regions> agreement;
   for (int n = -n_steps; n <= n_steps; ++n)
     agreement.push_back(agreement_at(box_m.min.y + n * step_m, images, frames, deviations, cells));
-  const auto at = [&](int n) -> const Agreement& { return agreement[static_cast<std::size_t>(n + n_steps)]; };
+  const auto at = [&](int n) -> const Regions& { return agreement[static_cast<std::size_t>(n + n_steps)]; };
+  const auto covariance = [&](int n) { return sum_of(at(n)).covariance(); };
   int best = 0;
   for (int n = -n_steps; n <= n_steps; ++n)
-    if (at(n).covariance > at(best).covariance) best = n;
-  const double noise = noise_of(at(0), images.size(), cells.size_m, pixel_m, rule.height_sigma_pixels);
+    if (covariance(n) > covariance(best)) best = n;
   // If the best height is the lowest or highest one tried, the true height lies beyond it, or there is none.
-  if (std::abs(best) == n_steps || !(at(best).covariance - at(0).covariance > rule.height_significance * noise)) return {};
-  const double top = top_of_parabola(at(best - 1).covariance, at(best).covariance, at(best + 1).covariance);
+  if (std::abs(best) == n_steps) return {};
+  const double noise = noise_of(sum_of(at(0)), images.size(), cells.size_m, pixel_m, rule.height_sigma_pixels);
+  if (!(covariance(best) - covariance(0) > rule.height_significance * noise)) return {};
+  if (!(significance_of(at(best)) > rule.height_significance)) return {};
+  const double top = top_of_parabola(covariance(best - 1), covariance(best), covariance(best + 1));
   const double height_m = box_m.min.y + (best + top) * step_m;
   return height_m < box_m.max.y ? std::optional(height_m) : std::nullopt;
 }
