@@ -54,7 +54,7 @@ for item in $chips; do
   for step in $every; do
     data=$folder/$name.$step
     import --every "$step" -o "$data"
-    "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$folder/$name.all" --despeckle 3 -o "$data.run" -q > /dev/null
+    "$programs/sar_nerf_train/sar_nerf_train" "$data" --field grid --against "$folder/$name.all" --despeckle 3 -o "$data.run" -q > /dev/null
     echo "| $name | $step | $(despeckled_row "$data.run/report.json")"
     registered="$registered| $name | $step | $(registered_row "$data.run/report.json")
 "

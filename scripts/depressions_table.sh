@@ -54,6 +54,6 @@ for set in $sets; do
   run=$folder/$trained.$every.to.$predicted
   import "$trained" "$trained.$every" --every "$every"
   import "$predicted" "$predicted.all"
-  "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$folder/$predicted.all" --despeckle 3 -o "$run" -q > /dev/null
+  "$programs/sar_nerf_train/sar_nerf_train" "$data" --field grid --against "$folder/$predicted.all" --despeckle 3 -o "$run" -q > /dev/null
   echo "| $trained° | $predicted° | $(despeckled_row "$run/report.json")"
 done

@@ -5,13 +5,12 @@ set -eu
 
 usage() {
   cat <<USAGE
-Usage: scripts/extract_table.sh [--sets LIST] [--field NAME] [--surfaces CHOICE] [--folder FOLDER] [SCENE[:SCALE]...]
+Usage: scripts/extract_table.sh [--sets LIST] [--field NAME] [--folder FOLDER] [SCENE[:SCALE]...]
 Renders each scene, learns it with the default settings, extracts it with and without the ground's height, and prints
 scores beside those of carving alone (Markdown). Data, runs and volumes stay in FOLDER.
   --sets LIST      of views: "396" odd pitches 35 to 55 deg, azimuths every 10 deg; "36" the azimuths at 45 deg
                    (default "396 36")
-  --field NAME     grid or mlp (default grid)
-  --surfaces CHOICE  of sar_nerf_train: auto, on or off (default on, which is what auto chooses for several pitches)
+  --field NAME     surface (default), grid or mlp
   --folder FOLDER  (default build/extract_table)
   SCENE            default: the solids of data/
 USAGE
@@ -19,15 +18,13 @@ USAGE
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 sets="396 36"
-field=grid
-surfaces=on
+field=surface
 folder=$root/build/extract_table
 scenes=
 while [ $# -gt 0 ]; do
   case "$1" in
     --sets) sets=$2; shift 2 ;;
     --field) field=$2; shift 2 ;;
-    --surfaces) surfaces=$2; shift 2 ;;
     --folder) folder=$2; shift 2 ;;
     -h | --help) usage; exit 0 ;;
     -*) usage >&2; exit 2 ;;
@@ -37,7 +34,6 @@ done
 if [ -z "$scenes" ]; then
   for solid in cuboid platform_upright platform_inverted l_building; do scenes="$scenes $root/data/$solid.json"; done
 fi
-if [ "$field" != grid ]; then surfaces=auto; fi  # other fields have no such choice
 . "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
@@ -59,7 +55,7 @@ for item in $scenes; do
     # Four times as many rays as the automatic sampling, so that truth and learner share no discretisation.
     "$programs/sar_render/sar_render" "$scene" --scale "$scale" --pitch "$pitch" --azimuth 0:350:10 --size 128x128 \
       --spacing 0.3 --altitude 10000 --engine surface --elevations 768 --sub-rows 27 -o "$data" -q > /dev/null
-    "$programs/sar_nerf_train/sar_nerf_train" "$data" --field "$field" --surfaces "$surfaces" -o "$run" -q > /dev/null
+    "$programs/sar_nerf_train/sar_nerf_train" "$data" --field "$field" -o "$run" -q > /dev/null
     training=$(run_seconds "$run/report.json")
     for ground in unknown 0; do
       out=$run.$ground

@@ -68,7 +68,7 @@ for seed in $(seq "$seeds"); do
   run=$data.run$seed
   # The options are several words.
   # shellcheck disable=SC2086
-  "$programs/sar_nerf_train/sar_nerf_train" "$data" --holdout 0 --seed "$seed" $train -o "$run" -q > /dev/null
+  "$programs/sar_nerf_train/sar_nerf_train" "$data" --field grid --holdout 0 --seed "$seed" $train -o "$run" -q > /dev/null
   seconds=$(sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$run/report.json" | head -n 1)
   for pitch in $pitches; do
     scores=$run.scores.$pitch

@@ -71,7 +71,7 @@ for solid in $solids; do
     render "0:$last:$step" "$folder/$solid.$n"
     for seed in $(seq "$seeds"); do
       run=$folder/$solid.$n.run$seed
-      "$programs/sar_nerf_train/sar_nerf_train" "$folder/$solid.$n" --seed "$seed" -o "$run" -q > /dev/null
+      "$programs/sar_nerf_train/sar_nerf_train" "$folder/$solid.$n" --field grid --seed "$seed" -o "$run" -q > /dev/null
       "$programs/sar_nerf_render/sar_nerf_render" "$run" --against "$folder/$solid.test" -o "$run.scores" \
         --overwrite > "$run.scores.md" 2> "$run.scores.log" || { cat "$run.scores.log" >&2; exit 1; }
       seconds=$(sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$run/report.json" | head -n 1)

@@ -67,7 +67,7 @@ left_of_shifts() {
 }
 
 size="--ground grass --size 112x128 --spacing $spacing"
-train() { "$programs/sar_nerf_train/sar_nerf_train" "$@" -q > /dev/null; }
+train() { "$programs/sar_nerf_train/sar_nerf_train" "$@" --field grid -q > /dev/null; }
 scene_of() { "$programs/sar_bench/sar_bench" scenes --seed "$1" "$folder/scenes" -q; }
 
 # shifted TEXT NAME AZIMUTHS LOOKS OPTIONS...: a row of the first table.

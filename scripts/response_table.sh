@@ -43,10 +43,10 @@ learn() {
     "$programs/sar_render/sar_render" "$scene" "$@" $formation --azimuth 0:350:10 -q -o "$data" > /dev/null
     "$programs/sar_render/sar_render" "$scene" "$@" $formation --azimuth 7.5:352.5:15 -q -o "$data.truth" > /dev/null
   }
-  "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$data.truth" -q -o "$data.run" > /dev/null
+  "$programs/sar_nerf_train/sar_nerf_train" "$data" --field grid --against "$data.truth" -q -o "$data.run" > /dev/null
   unknown=
   if [ "$response" != none ]; then
-    "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$data.truth" --resolution none -q -o "$data.unknown" > /dev/null
+    "$programs/sar_nerf_train/sar_nerf_train" "$data" --field grid --against "$data.truth" --resolution none -q -o "$data.unknown" > /dev/null
     unknown=$(model_and_best "$data.unknown/report.json" evaluation psnr_power_db)
     unknown=${unknown% | *}
   fi

@@ -45,7 +45,7 @@ learn() {
   "$programs/sar_render/sar_render" "$scene" "$@" --azimuth "$azimuths" --looks "$looks" -q -o "$data" > /dev/null
   "$programs/sar_render/sar_render" "$scene" "$@" --azimuth "$unseen" -q -o "$data.truth" > /dev/null
   # shellcheck disable=SC2086  # several options
-  "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$data.truth" $train -q -o "$data.$run" > /dev/null
+  "$programs/sar_nerf_train/sar_nerf_train" "$data" --field grid --against "$data.truth" $train -q -o "$data.$run" > /dev/null
   report=$data.$run/report.json
   echo "| $kind | $text | $(model_and_best "$report" evaluation psnr_power_db) |" \
     "$(model_and_best "$report" evaluation psnr_amplitude_db) |" \

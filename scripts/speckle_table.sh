@@ -60,7 +60,7 @@ for item in $scenes; do
       for step in $every; do
         data=$folder/$name.$depression.$look.$step
         render --azimuth "0:355:$step" --looks "$look" -o "$data"
-        "$programs/sar_nerf_train/sar_nerf_train" "$data" --against "$truth" -o "$data.run" -q > /dev/null
+        "$programs/sar_nerf_train/sar_nerf_train" "$data" --field grid --against "$truth" -o "$data.run" -q > /dev/null
         report=$data.run/report.json
         echo "| $name | $depression | $look | $step | $(model_and_best "$report" evaluation psnr_power_db) |" \
           "$(model_and_best "$report" evaluation psnr_log_amplitude_db) |" \

@@ -142,6 +142,7 @@ std::string refuse_unless_file(std::string& path) {
 /// Refuses empty texts: a program would treat such an option as not given, which the user did not mean.
 void refuse_empty(const CLI::App& parser) {
   for (const CLI::Option* option : parser.get_options()) {
+    if (option->get_group().empty()) continue;  // refused with a reason of its own
     const std::vector<std::string>& texts = option->results();
     if (std::find(texts.begin(), texts.end(), "") != texts.end())
       throw UsageError(option->get_name() + ": expected a value, found an empty text; leave the option out for its default");
@@ -231,7 +232,7 @@ void CommandLine::add_texts(const char* name, const Form& form, const Several& s
 }
 
 void CommandLine::refuse_replaced(const char* name, const std::string& instead) {
-  CLI::Option* option = parser_->app.add_option(name, parser_->texts.emplace_back())->group("");
+  CLI::Option* option = parser_->app.add_option(name, parser_->texts.emplace_back())->group("")->expected(0, 1);
   parser_->steps.push_back({name, [option, name = std::string(name), instead] {
     if (option->count() > 0) throw UsageError(name + " is of an older version: " + instead);
   }});

@@ -23,7 +23,6 @@ struct ExtractionOptions {
   double scale = 1.0;                 ///< of the scenes' coordinates
   std::string ground_height = "auto"; ///< m, for sar_extract
   std::string field = "grid";
-  std::string surfaces = "auto";      ///< of sar_nerf_train
   /// Numbers of azimuths, evenly around, at 45°; with "xN" at each of N pitches from 35° to 55°.
   std::vector<std::string> views{"12", "24", "36", "72", "36x11"};
   std::vector<std::string> times{"2s", "5s", "10s", "20s", "60s"};

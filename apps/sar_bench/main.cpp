@@ -86,10 +86,6 @@ CLI::App& add_extraction_command(CLI::App& app, sarnerf::bench::ExtractionOption
       ->type_name("NAME")
       ->check(CLI::IsMember({"grid", "surface", "mlp"}).description(""))
       ->capture_default_str();
-  command.add_option("--surfaces", o.surfaces, "Of sar_nerf_train: auto, on or off")
-      ->type_name("NAME")
-      ->check(CLI::IsMember({"auto", "on", "off"}).description(""))
-      ->capture_default_str();
   command.add_option("--scale", o.scale, "Factor on the scenes' coordinates")->type_name("FACTOR")->capture_default_str();
   command.add_option("--ground-height", o.ground_height, "Where bodies end below (m); auto: where returns end")
       ->type_name("M|auto")

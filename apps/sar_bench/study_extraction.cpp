@@ -59,7 +59,7 @@ void close_loop(const std::string& scene, const ExtractionOptions& o, const fs::
   const fs::path model = format("%s.%s.%gs.%d", data.c_str(), o.field.c_str(), run.planned_s, static_cast<int>(run.seed));
   fs::path volume = model;
   volume += ".vdb";
-  int code = run_beside("sar_nerf_train", {data.string(), "--field", o.field, "--surfaces", o.surfaces, "--holdout", "0", "--time",
+  int code = run_beside("sar_nerf_train", {data.string(), "--field", o.field, "--holdout", "0", "--time",
                                            format("%.17gs", run.planned_s), "--seed", std::to_string(run.seed), "-o",
                                            model.string(), "--overwrite", "-q"});
   if (code != 0) {

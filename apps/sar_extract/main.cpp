@@ -45,7 +45,7 @@ Json request_of(const Options& o, const std::string& model_sha256) {
   j["volume"] = e.resolution == 0 ? Json{{"resolution", "native"}}
                                   : Json{{"resolution", e.resolution}, {"extent_m", e.extent_m}};
   if (e.centre_m) j["volume"]["centre_m"] = {e.centre_m->x, e.centre_m->y, e.centre_m->z};
-  j["body"] = {{"kind", e.body == Body::solid ? "solid" : "shell"}};
+  j["body"] = Json::object();
   if (e.threshold_per_m) j["body"]["threshold_per_m"] = *e.threshold_per_m;
   if (e.ground_height_m) j["body"]["ground_height_m"] = *e.ground_height_m;
   if (!o.mesh.empty()) j["mesh"] = o.mesh.filename().string();
@@ -115,9 +115,8 @@ std::string empty_body_text(const Options& o, const Extraction& x) {
   if (o.extract.threshold_per_m)
     return what + format("little is as dense as --threshold %.3g per metre; lower it", *o.extract.threshold_per_m);
   if (o.extract.ground_height_m)
-    return what + format("no training view meets matter above --ground-height %.4g m; lower it, or train longer",
-                         *o.extract.ground_height_m);
-  return what + "no training view meets matter; train longer, or try --shell";
+    return what + format("no matter was learned above --ground-height %.4g m; lower it, or train longer", *o.extract.ground_height_m);
+  return what + "no matter was learned; train longer";
 }
 
 void tell(const Options& o, const Model& model, const Extraction& x, Console& console) {
@@ -141,7 +140,6 @@ Json report_json(const Options& o, const Extraction& x, const std::optional<Scor
          {"voxel_size_m", x.voxel_size_m},
          {"triangles", x.mesh.triangles.size()},
          {"bottom_m", x.bottom_m},
-         {"agreeing_share", x.agreeing_share},
          {"threshold_per_m", x.threshold_per_m},
          {"harmonics_residual", x.harmonics_residual},
          {"components", x.n_components},

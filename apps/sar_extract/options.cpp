@@ -54,17 +54,7 @@ void refuse_extent_of_native(const CommandLine& command) {
       throw UsageError(std::string("--resolution native takes all that was learned; leave out ") + name);
 }
 
-/// The two flags that name the body.
-struct BodyFlags {
-  bool solid = false, shell = false;
-
-  Body body() const {
-    if (solid && shell) throw UsageError("--solid and --shell are different bodies; give one of them");
-    return shell ? Body::shell : Body::solid;
-  }
-};
-
-void add_options(CommandLine& command, Options& o, BodyFlags& flags) {
+void add_options(CommandLine& command, Options& o) {
   command.then([&] { o.shared = command.shared_options(); });
   command.add("MODEL", o.model, made_by("FILE", without_slash), "model.pt, or the folder of a run");
   command.require("MODEL");
@@ -78,13 +68,13 @@ void add_options(CommandLine& command, Options& o, BodyFlags& flags) {
               "Of the cube (m); auto: over the aim point, where matter is, near its bottom if it is higher");
 
   command.begin_group("Body (occupancy, mesh and scores; extinction and brightness stay as they were learned)");
-  command.add_flag("--solid", flags.solid, "Surfaces that the training views see, and all behind them (default)");
-  command.add_flag("--shell", flags.shell, "Matter denser than the threshold, where it is");
-  command.then([&] { o.extract.body = flags.body(); });
   command.add("--threshold", o.extract.threshold_per_m, positive("X").or_word("auto"),
-              "One-way extinction (1/m) of matter; auto: Otsu's for --shell, all matter for --solid");
+              "Of the fields grid and mlp: one-way extinction (1/m) of matter; auto: Otsu's");
+  command.refuse_replaced("--solid", "the fields grid and mlp are fog and have no inside; learn the images with sar_nerf_train --field "
+                                     "surface, whose body is solid without it");
+  command.refuse_replaced("--shell", "matter above --threshold is what the fields grid and mlp give without it; leave it out");
   command.add("--ground-height", o.extract.ground_height_m, number("M").or_word("auto"),
-              "Where the body ends below; auto: at the model's level ground, else where returns end");
+              "Where the body ends below; auto: at the model's level ground, if it has one");
   command.then([&] {
     if (o.extract.resolution == 0) refuse_extent_of_native(command);
   });
@@ -127,8 +117,7 @@ void add_options(CommandLine& command, Options& o, BodyFlags& flags) {
 std::optional<Options> parse_options(int argc, char** argv) {
   CommandLine command("sar_extract", kDescription, kExamples);
   Options options;
-  BodyFlags flags;
-  add_options(command, options, flags);
+  add_options(command, options);
   if (!command.parse(argc, argv)) return std::nullopt;
   return options;
 }

@@ -253,7 +253,7 @@ std::string box_text(const Box& box_m) {
                 box_m.max.z);
 }
 
-std::string details_of(const Options& o, const Extraction& x) {
+std::string details_of(const Extraction& x) {
   const VdbSummary volume = x.volume.summary();
   std::vector<std::vector<std::string>> rows;
   for (const VdbGridSummary& grid : volume.grids)
@@ -263,15 +263,14 @@ std::string details_of(const Options& o, const Extraction& x) {
       {{"grid"}, {"type"}, {"voxels", Align::right}, {"box x, y, z (m)"}, {"memory", Align::right}}, rows);
   for (const auto& [name, value] : volume.metadata) text += name + ": " + value + "\n";
   if (x.n_components > 0) return text;  // a surface
-  const bool threshold_used = o.extract.body == Body::shell || o.extract.threshold_per_m;
-  return text + format("threshold %.3g per metre%s\n", x.threshold_per_m, threshold_used ? "" : " (not used: --solid)");
+  return text + format("threshold %.3g per metre\n", x.threshold_per_m);
 }
 
-std::string closing_line(const Options& o, const Extraction& x, const std::optional<Scores>& scores) {
+std::string closing_line(const Extraction& x, const std::optional<Scores>& scores) {
   const bool surface = x.n_components > 0;
-  std::string text = format("%s: %zu triangles, down to %.3g m%s, from voxels of %.3g m",
-                            surface ? "surface" : o.extract.body == Body::solid ? "solid" : "shell", x.mesh.triangles.size(),
-                            x.bottom_m, surface || x.bottom_was_given ? "" : " (where returns end: --ground-height)", x.voxel_size_m);
+  std::string text = format("%s: %zu triangles, down to %.3g m, from voxels of %.3g m", surface ? "surface" : "matter",
+                            x.mesh.triangles.size(), x.bottom_m, x.voxel_size_m);
+  if (!surface) text += format(", where extinction is at least %.3g per metre", x.threshold_per_m);
   if (surface) {
     text += "; " + counted(x.n_components, "component");
     if (x.n_unseen_components > 0) text += format(", %zu of them removed, which no view sees", x.n_unseen_components);
@@ -313,8 +312,8 @@ Printed printed_of(const Options& o, const Extraction& x, const std::optional<Sc
   Printed printed;
   for (const auto& path : {o.output, o.mesh, o.preview})
     if (!path.empty()) printed.paths += path.string() + "\n";
-  printed.details = details_of(o, x);
-  printed.summary = (scores ? table_text(*scores) : "") + closing_line(o, x, scores);
+  printed.details = details_of(x);
+  printed.summary = (scores ? table_text(*scores) : "") + closing_line(x, scores);
   return printed;
 }
 
@@ -331,15 +330,13 @@ std::string plan_text(const Options& o, const Model& model) {
     text += format("\n            cuts off %.1f %% of the box of what was learned", 100.0 * plan.part_outside);
   text += format("\n  grids     %s; up to %zu voxels each", grids_text(plan.grids).c_str(), plan.n_voxels);
   text += model.field->kind() == "surface" ? std::string("\n  body      where the distance is below 0; what no view sees is marked")
-          : e.body == Body::solid
-              ? format("\n  body      solid: what %zu training views see, and all behind it", plan.n_views)
-              : std::string("\n  body      shell: matter denser than the threshold");
+          : e.threshold_per_m ? format("\n  body      where extinction is at least %.3g per metre", *e.threshold_per_m)
+                              : std::string("\n  body      where extinction is at least Otsu's threshold");
   text += "\n  left out  voxels without extinction; insides";
   if (o.truth.empty()) text += "; scores: no --truth";
   if (o.mesh.empty()) text += "; mesh file: no --mesh";
   if (o.preview.empty()) text += "; picture: no --preview";
-  text += "\n  memory    about " + bytes_text(plan.voxel_bytes) + " for voxels and " + bytes_text(plan.view_bytes) +
-          " for what views see, and the program's own";
+  text += "\n  memory    about " + bytes_text(plan.voxel_bytes) + " for voxels, and the program's own";
   text += "\n  output    " + o.output.string();
   for (const auto& path : {o.mesh, o.preview})
     if (!path.empty()) text += ", " + path.string();

@@ -251,7 +251,7 @@ TrainingSet set_of(const Material& m, const Method& method) {
 }
 
 TrainerOptions options_of(const TrainingSet& set) {
-  return default_options(set, "grid", Schedule::steps, /*surfaces=*/false);
+  return default_options(set, "grid", Schedule::steps);
 }
 
 /// What is ablated on a data set: the method without the rules of --without, each of them where it acts.

@@ -126,6 +126,7 @@ std::string json_text(const ReportInput& in, const Findings& findings) {
                   {"held_out_views", in.data.n_held_out},
                   {"against_views", in.data.validation.size() - in.data.n_held_out}};
   j["field"] = {{"kind", in.run.field().kind()}, {"size", in.run.field_size()}};
+  if (!in.data.field_choice.empty()) j["field"]["chosen"] = in.data.field_choice;
   j["steps"] = in.trainer.steps_done();
   j["steps_of_the_model"] = in.run.field_steps();
   j["steps_of_this_program"] = in.run.steps_here();
@@ -310,6 +311,7 @@ TrainingReport report_of(const ReportInput& in, const Findings& findings) {
                {"views held out", std::to_string(in.data.n_held_out)},
                {"field", std::string(in.run.field().kind()) + ", " + in.run.field_size()},
                {"loss", loss_text(in.trainer.set(), in.trainer.options())}};
+  if (!in.data.field_choice.empty()) r.trained.push_back({"field chosen", in.data.field_choice});
   if (!in.options.against.empty())
     r.trained.push_back(
         {"unseen views of", in.options.against.string() + ": " +
@@ -395,6 +397,7 @@ std::string explain(const Options& o, const Data& data, const Trainer& trainer) 
                               " of --against");
   line("field",
        std::string(trainer.field().kind()) + ", to begin with " + trainer.field().size_text());
+  if (!data.field_choice.empty()) line("chosen", data.field_choice);
   line("background", background_text(trainer.set()));
   if (trainer.set().resolution)
     line("impulse response", resolution_text(*trainer.set().resolution) +

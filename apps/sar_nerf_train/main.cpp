@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fstream>
 #include <optional>
+
+#include <nlohmann/json.hpp>
 
 #include "app_main.h"
 #include "options.h"
@@ -8,10 +11,45 @@
 #include "training_run.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/parallel.h"
+#include "sarnerf/nerf/field_trial.h"
 #include "torch_setup.h"
 
 namespace sarnerf::app {
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The choice of an earlier program that worked on this run with the same images; none if there is none.
+std::optional<Json> recorded_choice(const RunFolder& folder, const std::string& fingerprint) {
+  std::ifstream file(folder.trial());
+  const Json record = Json::parse(file, nullptr, false);
+  if (!record.is_object() || record.value("dataset_sha256", "") != fingerprint || !record.contains("field")) return std::nullopt;
+  return record;
+}
+
+/// Replaces --field auto by the field that a trial chooses, or that it chose when the run began. Returns the record for the run's
+/// folder; null if the user named the field.
+Json choose(Options& options, const RunFolder& folder, Data& data, Console& console, const Monitor& monitor) {
+  const auto recorded = options.overwrite ? std::nullopt : recorded_choice(folder, data.fingerprint);
+  if (options.field != "auto") {
+    // A run that is continued names its field.
+    if (recorded && options.resume && recorded->value("field", "") == options.field) data.field_choice = recorded->value("reason", "");
+    return {};
+  }
+  if (recorded) {
+    options.field = recorded->value("field", "");
+    data.field_choice = recorded->value("reason", "");
+    return *recorded;
+  }
+  const FieldChoice choice = choose_field(data.set, options.seed, monitor);
+  options.field = choice.field;
+  data.field_choice = choice_text(choice);
+  console.note("field " + data.field_choice + "; --field names another");
+  Json record{{"dataset_sha256", data.fingerprint}, {"field", choice.field}, {"reason", data.field_choice}};
+  for (const FieldTrial& trial : choice.trials)
+    record["trials"].push_back({{"field", trial.field}, {"psnr_power_db", trial.psnr_power_db}, {"seconds", trial.seconds}});
+  return record;
+}
 
 void run(const Options& asked, Console& console) {
   Options options = asked;
@@ -29,6 +67,10 @@ void run(const Options& asked, Console& console) {
   const Stopwatch loading;
   Data data = load_data(options, console, monitor);
   times.add("load images", loading.seconds());
+  if (options.field == "auto") require_common_options(options);
+  const Stopwatch trying;
+  const Json trial = choose(options, folder, data, console, monitor);
+  if (!data.field_choice.empty()) times.add("trial of fields", trying.seconds());
   if (options.steps == 0) options.steps = default_steps(data.set, options.field);
   const TrainerOptions training = training_options(options, data.set);
   if (options.field == "mlp") warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
@@ -48,6 +90,7 @@ void run(const Options& asked, Console& console) {
     return;
   }
   folder.prepare();
+  if (!trial.is_null()) write_file_atomically(folder.trial(), trial.dump(2) + "\n");
   monitor.check();
 
   const Stopwatch preparing;

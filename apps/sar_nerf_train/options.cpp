@@ -67,12 +67,10 @@ void add_options(CommandLine& command, Options& o) {
   command.require("DATASET");
 
   command.begin_group("Training");
-  command.add("--field", o.field, one_of<std::string>({{"grid", "grid"}, {"surface", "surface"}, {"mlp", "mlp"}}),
-              "Sparse voxels, an opaque surface, or the paper's network");
-  command.add("--surfaces", o.surfaces,
-              one_of<std::optional<bool>>({{"auto", std::nullopt}, {"on", true}, {"off", false}}),
-              "Learn opaque material, from which surfaces can be extracted; auto: with 36 or more images of different incidences "
-              "and no background");
+  command.add("--field", o.field, one_of<std::string>({{"auto", "auto"}, {"surface", "surface"}, {"grid", "grid"}, {"mlp", "mlp"}}),
+              "An opaque surface, translucent voxels, or the paper's network; auto: surface or grid, as a short trial on three "
+              "held-out views decides");
+  command.refuse_replaced("--surfaces", "use --field surface");
   command.add("--register", o.registers,
               one_of<std::optional<bool>>({{"auto", std::nullopt}, {"on", true}, {"off", false}}),
               "Learn a shift and a gain of each view; auto: where dataset.json does not say that poses are exact");
@@ -88,10 +86,6 @@ void add_options(CommandLine& command, Options& o) {
               "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
   command.refuse_replaced("--smoothness", "its rule was dropped, leave it out");
   command.then([&] { refuse_two_ends(command); });
-  command.then([&] {
-    if (o.field != "grid" && o.surfaces)
-      throw UsageError("--surfaces makes the voxels of --field grid opaque, which --field " + o.field + " has none of; leave it out");
-  });
   command.add("--steps", o.steps, whole("N", 1, 1'000'000'000).or_word("auto", 0),
               "Steps of the optimiser; auto: 1000, and 600 where images show a ground; surface: 800, with 100 images or more 1000");
   command.add("--time", o.time_s, seconds(),
@@ -269,8 +263,26 @@ Json value_of(const std::string& name, const std::string& text, const Json& like
 
 }  // namespace
 
+void require_common_options(const Options& o) {
+  for (const std::string& text : o.training) {
+    const std::string name = text.substr(0, text.find('='));
+    std::string only;
+    std::size_t n_fields = 0;
+    for (const char* field : {"surface", "grid"}) {
+      TrainerOptions options;
+      options.field = field;
+      if (!Json::parse(options_json(options)).contains(name)) continue;
+      only = field;
+      ++n_fields;
+    }
+    if (n_fields == 1)
+      throw UsageError("--option " + name + ": is of the field " + only + " alone, and --field auto may choose another; give --field " +
+                       only + ", too");
+  }
+}
+
 TrainerOptions training_options(const Options& o, const TrainingSet& set) {
-  TrainerOptions defaults = default_options(set, o.field, o.time_s ? Schedule::clock : Schedule::steps, o.surfaces);
+  TrainerOptions defaults = default_options(set, o.field, o.time_s ? Schedule::clock : Schedule::steps);
   defaults.seed = o.seed;
   Json json = Json::parse(options_json(defaults));
   std::vector<std::string> names;

@@ -29,6 +29,7 @@ class RunFolder {
   std::filesystem::path checkpoints() const { return folder_ / "checkpoints"; }
   std::filesystem::path checkpoint() const { return checkpoints() / "latest.pt"; }
   std::filesystem::path config() const { return folder_ / "config.toml"; }
+  std::filesystem::path trial() const { return folder_ / "trial.json"; }  ///< with --field auto: the choice, and why
   std::filesystem::path metrics() const { return folder_ / "metrics.jsonl"; }
   std::filesystem::path report() const {
     return folder_ / "report.json";
@@ -56,8 +57,7 @@ class RunFolder {
 /// What the user asked for, checked one by one and against each other, before any file but --config is opened.
 struct Options {
   std::filesystem::path dataset;
-  std::string field = "grid";
-  std::optional<bool> surfaces;  ///< empty: the images decide
+  std::string field = "auto";    ///< auto: a trial decides between surface and grid
   std::optional<bool> registers;  ///< whether views' shifts and gains are learned; empty: the dataset decides
   SceneHeights heights;          ///< empty: the images decide
   ResolutionChoice resolution;   ///< automatic: that of the dataset
@@ -92,6 +92,7 @@ struct Data {
   std::optional<DespeckledTruth> despeckled;  ///< of the validation views, if requested
   std::size_t n_held_out = 0;  ///< validation views of the dataset itself; they come first
   TrainingSet set;             ///< the trainer moves it out
+  std::string field_choice;    ///< why the field was chosen; empty if the user named it
   /// The training images as registered to one another, for the baselines; empty if poses are exact.
   std::vector<PosedImage> registered;
 };
@@ -99,6 +100,9 @@ struct Data {
 /// Reads the dataset's manifest and images, and those of --against. Reports on the console what was left out or is unusual.
 /// Throws InputError for bad files, UsageError if the two datasets cannot be compared or memory does not suffice.
 Data load_data(const Options& options, Console& console, const Monitor& monitor);
+
+/// Throws UsageError if a training option belongs to one kind of field alone, and none is named.
+void require_common_options(const Options& options);
 
 /// The description of these images in a model file; the caller sets steps and program.
 ModelInfo model_info(const Data& data, const TrainingSet& set, const Options& options);

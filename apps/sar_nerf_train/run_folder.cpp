@@ -19,7 +19,7 @@
 namespace sarnerf::app {
 
 bool RunFolder::occupied() const {
-  const auto paths = {model(), checkpoints(), config(), metrics(), report(), page(), pictures()};
+  const auto paths = {model(), checkpoints(), config(), trial(), metrics(), report(), page(), pictures()};
   std::error_code ignored;
   return std::any_of(paths.begin(), paths.end(),
                      [&](const auto& path) { return std::filesystem::exists(path, ignored); });
@@ -38,6 +38,7 @@ void RunFolder::clear() const {
   clear_reports();
   std::filesystem::remove(model());
   std::filesystem::remove(metrics());
+  std::filesystem::remove(trial());
   std::filesystem::remove(checkpoint());
   std::filesystem::remove(config());
 }

@@ -15,7 +15,6 @@
 #include "sarnerf/nerf/model_file.h"
 #include "sarnerf/nerf/row_renderer.h"
 #include "sarnerf/nerf/surface_field.h"
-#include "return_map.h"
 
 namespace sarnerf {
 namespace {
@@ -62,9 +61,7 @@ struct Setup {
   const MlpField* mlp = nullptr;
   const SurfaceField* surface = nullptr;
   Box matter_m;
-  double map_spacing_m = 0.0;         ///< between the rays of return maps
-  std::vector<Acquisition> views;     ///< of the training
-  std::vector<Acquisition> carving_views;  ///< of them, those that determine which space is empty
+  std::vector<Acquisition> views;  ///< of the training
   VoxelLattice lattice;
   double part_outside = 0.0;
 
@@ -108,10 +105,9 @@ void require_ground_at(const Model& model, const Box& matter_m, const ExtractOpt
 }
 
 /// The distance alone bounds the body of a surface.
-void require_surface_options(const ExtractOptions& options) {
-  const char* const wrong = options.body == Body::shell ? "--shell" : options.threshold_per_m ? "--threshold" : nullptr;
-  if (wrong != nullptr)
-    throw UsageError(std::string(wrong) + ": the field of this model is a surface, which bounds the body without it; leave it out");
+void require_no_threshold(const ExtractOptions& options) {
+  if (options.threshold_per_m)
+    throw UsageError("--threshold: the field of this model is a surface, which bounds the body without it; leave it out");
 }
 
 Setup set_up(const Model& model, const ExtractOptions& options) {
@@ -121,14 +117,10 @@ Setup set_up(const Model& model, const ExtractOptions& options) {
   s.grid = dynamic_cast<const GridField*>(model.field.get());
   s.mlp = dynamic_cast<const MlpField*>(model.field.get());
   s.surface = dynamic_cast<const SurfaceField*>(model.field.get());
-  if (s.surface != nullptr) require_surface_options(options);
+  if (s.surface != nullptr) require_no_threshold(options);
   require_ground_at(model, s.matter_m, options);
   for (const DatasetView& view : model.info.training_views) s.views.push_back(acquisition_of(view, glm::dvec3(0.0)));
-  const bool carves = s.surface == nullptr && options.body == Body::solid;
-  s.carving_views = spread_views(s.views, carves ? options.most_views : 0);
   const double field_voxel_m = model.field->voxel_size_m();
-  // Two thirds of a learned voxel, which counts as two thirds of the cache's for `mlp`: finer maps show no more detail.
-  s.map_spacing_m = (s.grid != nullptr ? 1.0 : 2.0 / 3.0) * 2.0 / 3.0 * field_voxel_m;
   if (options.resolution == 0) {
     const double voxel_m = s.mlp != nullptr ? field_voxel_m / 3.0 : field_voxel_m;
     const glm::dvec3 origin_m = s.grid != nullptr      ? s.grid->transform().origin_m
@@ -152,13 +144,6 @@ std::vector<float> extinctions(const LearnedVolume& volume) {
   for (std::size_t v = 0; v < values.size(); v += static_cast<std::size_t>(volume.channels.count()))
     if (values[v] > 0.0f) some.push_back(values[v]);
   return some;
-}
-
-void remove_below(LearnedVolume& volume, double threshold_per_m) {
-  const auto n = static_cast<std::size_t>(volume.channels.count());
-  const std::span<float> values = volume.grid.view().values;
-  for (std::size_t v = 0; v < values.size(); v += n)
-    if (double{values[v]} < threshold_per_m) std::fill(&values[v], &values[v] + n, 0.0f);
 }
 
 }  // namespace
@@ -193,8 +178,6 @@ ExtractionPlan plan_extraction(const Model& model, const ExtractOptions& options
   plan.voxel_size_m = s.lattice.transform.voxel_size_m;
   plan.box_m = s.box_m(model.info.aim_m);
   plan.part_outside = s.part_outside;
-  plan.n_views = s.carving_views.size();
-  plan.view_bytes = return_map_bytes(s.carving_views, s.matter_m, s.map_spacing_m);
   if (s.surface != nullptr) {
     const std::size_t n_bricks = bricks_of_surface(*s.surface, s.lattice).size();
     plan.n_voxels = n_bricks * kBrickVoxels;
@@ -278,19 +261,16 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   const glm::dvec3 aim_m = model.info.aim_m;
   const Box& matter_m = setup.matter_m;
   const GridField* const grid = setup.grid;
-  const double spacing_m = setup.map_spacing_m;
   const VoxelLattice& lattice = setup.lattice;
-  const std::vector<Acquisition>& carving_views = setup.carving_views;
-  const std::uint64_t max_memory_bytes = memory_beside_maps(carving_views, matter_m, spacing_m, options.max_memory_bytes);
   result.part_outside = setup.part_outside;
   result.voxel_size_m = lattice.transform.voxel_size_m;
   result.box_m = setup.box_m(aim_m);
 
-  LearnedVolume volume = grid != nullptr
-                             ? native_volume(*grid)
-                             : sampled(*setup.mlp, lattice, setup.views, max_memory_bytes, options.monitor);
-  result.harmonics_residual = volume.harmonics_residual;
-  const std::vector<float> all = extinctions(volume);
+  LearnedVolume learned = grid != nullptr
+                              ? native_volume(*grid)
+                              : sampled(*setup.mlp, lattice, setup.views, options.max_memory_bytes, options.monitor);
+  result.harmonics_residual = learned.harmonics_residual;
+  const std::vector<float> all = extinctions(learned);
   if (all.empty()) throw_without_matter(model);
   const double least = double{*std::min_element(all.begin(), all.end())};
   const double most = double{*std::max_element(all.begin(), all.end())};
@@ -298,28 +278,14 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
   if (result.threshold_per_m > most)
     throw UsageError(format("--threshold: no voxel has so much extinction; those of this field have %.3g to %.3g per "
                             "metre, so that anything below the larger one leaves some", least, most));
-
-  // The field is written as it was learned; the body is that of the field above the threshold.
-  LearnedVolume learned = grid == nullptr || options.resolution == 0
-                              ? volume
-                              : resampled(volume, lattice, max_memory_bytes, options.monitor);
-  if (options.threshold_per_m) remove_below(volume, *options.threshold_per_m);
-  const Occupancy matter = volume.occupancy();
+  if (grid != nullptr && options.resolution != 0)
+    learned = resampled(learned, lattice, options.max_memory_bytes, options.monitor);
   result.seconds.field = clock.lap();
 
-  std::optional<double> floor_m = floor_of(options, grid != nullptr ? grid->ground.get() : nullptr, aim_m);
+  const std::optional<double> floor_m = floor_of(options, grid != nullptr ? grid->ground.get() : nullptr, aim_m);
   result.bottom_was_given = floor_m.has_value();
-  openvdb::FloatGrid::Ptr occupancy;
-  if (options.body == Body::solid) {
-    const auto maps = return_maps(volume, matter, carving_views, spacing_m, options.monitor);
-    if (!floor_m) floor_m = bottom_of_returns_m(maps, 1.5 * spacing_m);
-    result.agreeing_share = agreeing_share(maps, 1.5 * spacing_m, floor_m);
-    occupancy = solid_occupancy(maps, result.agreeing_share, matter, volume.grid.transform(), lattice, floor_m, options.monitor);
-    leave_out_unbounded(*occupancy, lattice.transform, maps, 1.5 * spacing_m, options.monitor);
-  } else {
-    occupancy = shell_occupancy(learned, result.threshold_per_m, floor_m);
-  }
   result.bottom_m = floor_m.value_or(matter_m.min.y) + aim_m.y;
+  const openvdb::FloatGrid::Ptr occupancy = occupancy_above(learned, result.threshold_per_m, floor_m);
   result.seconds.body = clock.lap();
 
   GridTransform in_world = lattice.transform;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -74,15 +75,6 @@ std::vector<glm::ivec3> bricks_with_matter(const Occupancy& occupancy, const Gri
 LearnedVolume empty_volume(const VoxelLattice& lattice, const FieldChannels& channels, std::span<const glm::ivec3> bricks,
                            std::uint64_t max_memory_bytes);
 
-/// Memory (bytes) of the views' return_maps() over a box (in the frame of their aim points), with the lists of returns that
-/// are made of them.
-std::uint64_t return_map_bytes(std::span<const Acquisition> views, const Box& box_m, double spacing_m);
-
-/// Memory that remains of `max_memory_bytes` beside such maps; 0 for 0 (unlimited). Throws UsageError if nothing
-/// remains.
-std::uint64_t memory_beside_maps(std::span<const Acquisition> views, const Box& box_m, double spacing_m,
-                                 std::uint64_t max_memory_bytes);
-
 /// Names of the grids that volume_grids() makes.
 std::vector<std::string> grid_names(const FieldChannels& channels);
 
@@ -91,6 +83,10 @@ std::vector<std::string> grid_names(const FieldChannels& channels);
 /// half the time; for volumes that were interpolated anyway.
 VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world,
                       const openvdb::FloatGrid::Ptr& occupancy, bool as_half);
+
+/// Occupancy by extinction: 0.5 at `threshold_per_m`, proportional to the extinction between 0 and 1. Below `floor_m` (relative to
+/// the aim point) it is 0.
+openvdb::FloatGrid::Ptr occupancy_above(const LearnedVolume& volume, double threshold_per_m, std::optional<double> floor_m);
 
 /// Adds to the volume's metadata what it was made from and how.
 void describe(VdbScene& volume, const Model& model, const ExtractOptions& options, const Extraction& extraction);

@@ -1,54 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <limits>
 #include <memory>
 #include <string>
 
 #include "learned_volume.h"
-#include "sarnerf/core/error.h"
-#include "sarnerf/core/text.h"
-#include "sarnerf/geometry/ray_grid.h"
 #include "sarnerf/nerf/model_file.h"
 #include "vdb/vdb_grids.h"
 
 namespace sarnerf {
-
-namespace {
-
-/// A ray of a map, and an allowance for its ReturnMap::Return: 56 bytes, of the rays with power only, about a third.
-constexpr double kBytesPerRay = 12.0 + 16.0;
-
-double rays_of(const Acquisition& view, const Box& box_m, double spacing_m) {
-  const RadarFrame frame = radar_frame(view);
-  double low_m = std::numeric_limits<double>::infinity(), high_m = -low_m;
-  for (const glm::dvec3& corner : box_m.corners()) {
-    low_m = std::min(low_m, glm::dot(corner, frame.h));
-    high_m = std::max(high_m, glm::dot(corner, frame.h));
-  }
-  const auto [lowest_rad, highest_rad] = angular_extent(view, box_m);
-  const double n_along = (high_m - low_m) / spacing_m + 4.0;
-  const double n_angles = (highest_rad - lowest_rad) * view.slant_range_m / spacing_m + 3.0;
-  return n_along * n_angles;
-}
-
-}  // namespace
-
-std::uint64_t return_map_bytes(std::span<const Acquisition> views, const Box& box_m, double spacing_m) {
-  double n_rays = 0.0;
-  for (const Acquisition& view : views) n_rays += rays_of(view, box_m, spacing_m);
-  return static_cast<std::uint64_t>(kBytesPerRay * n_rays);
-}
-
-std::uint64_t memory_beside_maps(std::span<const Acquisition> views, const Box& box_m, double spacing_m,
-                                 std::uint64_t max_memory_bytes) {
-  if (max_memory_bytes == 0) return 0;
-  const std::uint64_t needed = return_map_bytes(views, box_m, spacing_m);
-  if (needed < max_memory_bytes) return max_memory_bytes - needed;
-  throw UsageError(format("about %.3g MiB are needed for the return maps of %zu views, more than --max-memory allows (%.3g MiB left); "
-                          "--shell needs none of it",
-                          static_cast<double>(needed) / 1048576.0, views.size(),
-                          static_cast<double>(max_memory_bytes) / 1048576.0));
-}
 
 namespace {
 
@@ -81,6 +40,26 @@ std::vector<std::string> grid_names(const FieldChannels& channels) {
     names.push_back(l == 0 ? "brightness" : "brightness_" + std::to_string(l));
   names.emplace_back("occupancy");
   return names;
+}
+
+openvdb::FloatGrid::Ptr occupancy_above(const LearnedVolume& volume, double threshold_per_m, std::optional<double> floor_m) {
+  const auto grid = openvdb::FloatGrid::create(0.0f);
+  const BrickView<const float> view = volume.grid.view();
+  const GridTransform& transform = volume.grid.transform();
+  for (std::uint32_t b = 0; b < view.topology->n_bricks(); ++b) {
+    const glm::ivec3 origin = view.topology->coordinate(b) * kBrickSide;
+    auto leaf = std::make_unique<Leaf>(openvdb::Coord(origin.x, origin.y, origin.z), 0.0f, false);
+    for (int v = 0; v < kBrickVoxels; ++v) {
+      double value = std::min(1.0, 0.5 * double{view.voxel(b, v)[0]} / threshold_per_m);
+      if (floor_m) {
+        const double above_m = transform.world_from_index(glm::dvec3(origin + voxel_in_brick(v))).y - *floor_m;
+        value = std::min(value, std::clamp(0.5 + 0.5 * above_m / transform.voxel_size_m, 0.0, 1.0));
+      }
+      if (value > 0.0) leaf->setValueOn(static_cast<openvdb::Index>(v), static_cast<float>(value));
+    }
+    if (!leaf->isEmpty()) grid->tree().addLeaf(leaf.release());
+  }
+  return grid;
 }
 
 VdbScene volume_grids(const LearnedVolume& volume, const GridTransform& in_world,
@@ -122,9 +101,8 @@ void describe(VdbScene& volume, const Model& model, const ExtractOptions& option
     volume.set_metadata("body", std::string("surface"));
     return;
   }
-  volume.set_metadata("body", std::string(options.body == Body::solid ? "solid" : "shell"));
+  volume.set_metadata("body", std::string("threshold"));
   volume.set_metadata("threshold_per_m", extraction.threshold_per_m);
-  if (options.body == Body::solid) volume.set_metadata("agreeing_share", extraction.agreeing_share);
   if (model.field->kind() == "mlp") volume.set_metadata("harmonics_residual", extraction.harmonics_residual);
 }
 

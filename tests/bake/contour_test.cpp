@@ -136,15 +136,11 @@ TEST_CASE("a plan of a surface names its grids, and options that a surface does 
   const Extraction x = extract(model, cube());
   REQUIRE(plan.grids.size() == x.volume.summary().grids.size());
   for (std::size_t n = 0; n < plan.grids.size(); ++n) CHECK(plan.grids[n] == x.volume.summary().grids[n].name);
-  CHECK(plan.n_views == 0);
   std::uint64_t bytes = 0;
   for (const VdbGridSummary& grid : x.volume.summary().grids) bytes += grid.memory_bytes;
   CHECK(bytes <= 2 * plan.voxel_bytes);
   ExtractOptions options = cube();
   options.max_memory_bytes = plan.voxel_bytes / 2;
-  CHECK_THROWS_AS(extract(model, options), UsageError);
-  options = cube();
-  options.body = Body::shell;
   CHECK_THROWS_AS(extract(model, options), UsageError);
   options = cube();
   options.threshold_per_m = 1.0;

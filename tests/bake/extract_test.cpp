@@ -91,85 +91,46 @@ double volume_m3(const Extraction& x) { return signed_volume_m3(x.mesh); }
 
 }  // namespace
 
-TEST_CASE("a body is filled behind the surfaces that are seen") {
+TEST_CASE("the body of fog is where it is dense") {
   const Model model = model_of(field_of(hollow_box));
   ExtractOptions options = fine();
-  options.ground_height_m = 0.0;
-  const Extraction solid = extract(model, options);
-  // The surface lies within the outer voxel: 0.1 m at most too far in or out, of walls 6 × 4 × 3 m.
-  CHECK(volume_m3(solid) == Approx(72.0).epsilon(0.05));
-  CHECK(solid.bottom_was_given);
-  CHECK(solid.part_outside == 0.0);
+  options.threshold_per_m = 5.0;
+  const Extraction shell = extract(model, options);
+  // Outer less inner box: 72 − 5.2 × 2.6 × 3.2 = 28.7 m³; a field's inside stays empty.
+  CHECK(volume_m3(shell) == Approx(28.7).epsilon(0.15));
+  CHECK(!shell.bottom_was_given);
+  CHECK(shell.part_outside == 0.0);
+  CHECK(shell.threshold_per_m == 5.0);
 
-  SECTION("its bottom is found where returns end") {
-    options.ground_height_m.reset();
-    const Extraction found = extract(model, options);
-    CHECK(std::abs(found.bottom_m) < 1.5 * kVoxel_m);
-    CHECK(volume_m3(found) == Approx(72.0).epsilon(0.1));
+  SECTION("thin fog around it does not count") {
+    const auto fogged = [](const glm::dvec3& p) {
+      if (p.y > 3.0 && p.y < 3.5 && std::abs(p.x) < 3.0 && std::abs(p.z) < 2.0) return Matter{0.02};
+      return hollow_box(p);
+    };
+    options.threshold_per_m.reset();
+    const Extraction found = extract(model_of(field_of(fogged)), options);
+    CHECK(found.threshold_per_m > 0.02 / (2.0 * kVoxel_m));
+    CHECK(found.threshold_per_m < 5.0 / (2.0 * kVoxel_m));
+    CHECK(box_m(found.mesh).max.y < 3.2);
   }
-  SECTION("a shell is not") {
-    options.body = Body::shell;
-    options.threshold_per_m = 5.0;
-    // Outer less inner box: 72 − 5.2 × 2.6 × 3.2 = 28.7 m³.
-    CHECK(volume_m3(extract(model, options)) == Approx(28.7).epsilon(0.15));
+  SECTION("above the ground") {
+    options.ground_height_m = 1.0;
+    const Extraction above = extract(model, options);
+    CHECK(above.bottom_was_given);
+    CHECK(box_m(above.mesh).min.y == Approx(1.0).margin(0.02));
   }
   SECTION("anywhere in the world") {
     const Model far = model_of(field_of(hollow_box), {500e3, 120.0, 4.2e6});
-    options.ground_height_m = 120.0;
     const Extraction moved = extract(far, options);
-    CHECK(volume_m3(moved) == Approx(volume_m3(solid)).epsilon(1e-3));
-    CHECK(moved.bottom_m == 120.0);
+    CHECK(volume_m3(moved) == Approx(volume_m3(shell)).epsilon(1e-3));
+    CHECK(moved.bottom_m == Approx(120.0 + shell.bottom_m));
   }
   SECTION("whatever the number of threads") {
     const ThreadLimit one(1);
     const Extraction again = extract(model, options);
-    CHECK((again.mesh.vertices_m == solid.mesh.vertices_m));
-    CHECK((again.mesh.triangles == solid.mesh.triangles));
+    CHECK((again.mesh.vertices_m == shell.mesh.vertices_m));
+    CHECK((again.mesh.triangles == shell.mesh.triangles));
   }
-}
-
-TEST_CASE("what no view sees into and no seen surface bounds is not filled") {
-  // A slab on four blocks, which nobody sees between.
-  const auto slab = [](const glm::dvec3& p) {
-    return p.y > 1.0 && p.y < 2.0 && std::abs(p.x) < 3.0 && std::abs(p.z) < 2.0;
-  };
-  const auto block = [](const glm::dvec3& p) {
-    return p.y > 0.0 && p.y < 1.0 && std::abs(p.x) > 2.2 && std::abs(p.x) < 3.0 && std::abs(p.z) > 1.2 && std::abs(p.z) < 2.0;
-  };
-  ExtractOptions options = fine();
-  options.ground_height_m = 0.0;
-
-  SECTION("between the legs of a table") {
-    const auto table = [&](const glm::dvec3& p) { return Matter{slab(p) || block(p) ? 5.0 : 0.0}; };
-    // 24 m³ and 4 × 0.64 m³; full down to the ground it would be 48 m³, less the 45° that views look under it.
-    const double volume = volume_m3(extract(model_of(field_of(table)), options));
-    CHECK(volume == Approx(26.6).epsilon(0.15));
-  }
-  SECTION("but a slab that stands on what nobody sees keeps it") {
-    const auto alone = [&](const glm::dvec3& p) { return Matter{slab(p) ? 5.0 : 0.0}; };
-    CHECK(volume_m3(extract(model_of(field_of(alone)), options)) > 32.0);
-  }
-  SECTION("a wall that no view has returns from is one where the others are seen") {
-    const auto dark = [](const glm::dvec3& p) {
-      Matter m = hollow_box(p);
-      if (p.x > 2.6) m.brightness = 1e-4;
-      return m;
-    };
-    const double dark_m3 = volume_m3(extract(model_of(field_of(dark)), options));
-    CHECK(dark_m3 == Approx(72.0).epsilon(0.1));
-  }
-}
-
-TEST_CASE("half of a ray's return says where the surface is and not its first fog") {
-  // Dark fog of half a metre over the roof, which stops a good part of each ray and returns next to nothing.
-  const auto fogged = [](const glm::dvec3& p) {
-    if (p.y > 3.0 && p.y < 3.5 && std::abs(p.x) < 3.0 && std::abs(p.z) < 2.0) return Matter{0.2, 0.001};
-    return hollow_box(p);
-  };
-  ExtractOptions options = fine();
-  options.ground_height_m = 0.0;
-  const double clear_m3 = volume_m3(extract(model_of(field_of(hollow_box)), options));
-  CHECK(volume_m3(extract(model_of(field_of(fogged)), options)) == Approx(clear_m3).epsilon(0.02));
 }
 
 TEST_CASE("the learned lattice is taken as it is") {
@@ -198,30 +159,25 @@ TEST_CASE("the learned lattice is taken as it is") {
 TEST_CASE("a plan says what is then done") {
   const Model model = model_of(field_of(hollow_box), {500.0, 20.0, -300.0});
   for (const int resolution : {0, 100}) {
-    for (const Body body : {Body::solid, Body::shell}) {
-      ExtractOptions options = fine();
-      options.resolution = resolution;
-      options.body = body;
-      const ExtractionPlan plan = plan_extraction(model, options);
-      const Extraction made = extract(model, options);
-      CHECK(plan.voxel_size_m == made.voxel_size_m);
-      CHECK(plan.box_m.min == made.box_m.min);
-      CHECK(plan.box_m.max == made.box_m.max);
-      CHECK(plan.part_outside == made.part_outside);
-      CHECK(plan.n_views == (body == Body::solid ? 54 : 0));
-      const VdbSummary summary = made.volume.summary();
-      REQUIRE(summary.grids.size() == plan.grids.size());
-      std::uint64_t bytes = 0;
-      for (const VdbGridSummary& grid : summary.grids) {
-        CHECK(std::find(plan.grids.begin(), plan.grids.end(), grid.name) != plan.grids.end());
-        if (grid.name == "occupancy") continue;
-        CHECK(grid.n_active_voxels <= plan.n_voxels);
-        bytes += grid.memory_bytes;
-      }
-      // The grids are half of what works, and trees are more than their values.
-      CHECK(static_cast<double>(bytes) < 1.2 * static_cast<double>(plan.voxel_bytes));
-      CHECK(static_cast<double>(bytes) > 0.1 * static_cast<double>(plan.voxel_bytes));
+    ExtractOptions options = fine();
+    options.resolution = resolution;
+    const ExtractionPlan plan = plan_extraction(model, options);
+    const Extraction made = extract(model, options);
+    CHECK(plan.voxel_size_m == made.voxel_size_m);
+    CHECK(plan.box_m.min == made.box_m.min);
+    CHECK(plan.box_m.max == made.box_m.max);
+    CHECK(plan.part_outside == made.part_outside);
+    const VdbSummary summary = made.volume.summary();
+    REQUIRE(summary.grids.size() == plan.grids.size());
+    std::uint64_t bytes = 0;
+    for (const VdbGridSummary& grid : summary.grids) {
+      CHECK(std::find(plan.grids.begin(), plan.grids.end(), grid.name) != plan.grids.end());
+      CHECK(grid.n_active_voxels <= plan.n_voxels);
+      if (grid.name != "occupancy") bytes += grid.memory_bytes;
     }
+    // The grids are half of what works, and trees are more than their values.
+    CHECK(static_cast<double>(bytes) < 1.2 * static_cast<double>(plan.voxel_bytes));
+    CHECK(static_cast<double>(bytes) > 0.1 * static_cast<double>(plan.voxel_bytes));
   }
 }
 
@@ -249,21 +205,6 @@ TEST_CASE("Otsu's threshold parts fog from matter") {
   CHECK(threshold < 5.0);
   CHECK(otsu_threshold({}) == 0.0);
   CHECK(otsu_threshold({2.0f, 2.0f}) == Approx(2.0).epsilon(1e-6));
-}
-
-TEST_CASE("what views see counts as memory, in proportion to the rays") {
-  const std::vector<Acquisition> one(1, acquisition_of(model_of(nullptr).info.training_views.front(), glm::dvec3(0.0)));
-  const std::vector<Acquisition> ten(10, one.front());
-  const Box box_m{glm::dvec3(-5.0, 0.0, -4.0), glm::dvec3(5.0, 6.0, 4.0)};
-  // From azimuth 0 at 35° the box is 10 m along track and 8 cos 35° + 6 sin 35° = 10 m across: 100 × 100 rays of 0.1 m.
-  const auto bytes = static_cast<double>(return_map_bytes(one, box_m, 0.1));
-  CHECK(bytes >= 12.0 * 100 * 100);
-  CHECK(bytes < 30.0 * 104 * 104);
-  CHECK(static_cast<double>(return_map_bytes(ten, box_m, 0.1)) == Approx(10.0 * bytes).epsilon(1e-3));
-  CHECK(static_cast<double>(return_map_bytes(one, box_m, 0.01)) == Approx(100.0 * bytes).epsilon(0.1));
-  CHECK(memory_beside_maps(ten, box_m, 0.1, 0) == 0);
-  CHECK(memory_beside_maps(ten, box_m, 0.1, 1 << 30) == (1 << 30) - return_map_bytes(ten, box_m, 0.1));
-  CHECK_THROWS_AS(memory_beside_maps(ten, box_m, 0.1, return_map_bytes(ten, box_m, 0.1)), UsageError);
 }
 
 TEST_CASE("what cannot be extracted is told with what would do") {
@@ -301,13 +242,6 @@ TEST_CASE("what cannot be extracted is told with what would do") {
   options = fine();
   options.max_memory_bytes = 1000;
   CHECK(message(options).find("--max-memory") != std::string::npos);
-  // 54 views of a field of 10 × 6 × 8 m and rays 0.13 m apart need far more than a shell's voxels of half a metre.
-  options = fine();
-  options.resolution = 20;
-  options.max_memory_bytes = 3 << 20;
-  CHECK(message(options).find("--shell") != std::string::npos);
-  options.body = Body::shell;
-  CHECK(message(options) == "nothing");
   const Model empty = model_of(field_of([](const glm::dvec3&) { return Matter{}; }));
   CHECK_THROWS_AS(extract(empty, fine()), UsageError);
   CHECK_THROWS_AS(plan_extraction(empty, fine()), UsageError);

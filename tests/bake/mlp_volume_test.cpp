@@ -188,7 +188,7 @@ TEST_CASE("a volume of a network keeps to its memory and says how good its harmo
     CHECK(std::find(plan.grids.begin(), plan.grids.end(), grid.name) != plan.grids.end());
     CHECK(grid.n_active_voxels <= plan.n_voxels);
   }
-  options.max_memory_bytes = plan.view_bytes + plan.voxel_bytes / 2;
+  options.max_memory_bytes = plan.voxel_bytes / 2;
   CHECK_THROWS_AS(extract(model, options), UsageError);
   model.field = std::make_unique<MlpField>(field_of(true, 0.0));  // occupied for all that the lattice knows, and empty
   options.max_memory_bytes = 0;

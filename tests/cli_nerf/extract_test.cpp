@@ -44,13 +44,10 @@ TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
   for (const char* piece : {"extracted", "carving alone", "triangles"})
     CHECK(made.out.find(piece) != std::string::npos);
   const Json report = json_of(scene / "out.report.json");
-  // Learned for a second from one pitch: 0.76 of the cube, whose walls lie half a voxel of 0.2 m inside. Carving takes
-  // nothing away from it and leaves 0.59; a shell of the same field is 0.60, an empty body 0.
+  // Learned for a second from one pitch. Fog has no inside; carving takes nothing away from the cube.
   const Json &extracted = report["scores"]["extracted"], &carving = report["scores"]["carving"];
-  CHECK(extracted["iou"].get<double>() > 0.7);
-  CHECK(extracted["iou"].get<double>() > carving["iou"].get<double>() + 0.1);
-  CHECK(std::abs(extracted["volume_error"].get<double>()) < 0.25);
-  CHECK(extracted["whole"]["chamfer_m"].get<double>() < 0.15);
+  CHECK(extracted["iou"].get<double>() > 0.5);
+  CHECK(extracted["visible"]["chamfer_m"].get<double>() < 0.2);  // a voxel
   CHECK(carving["recall"].get<double>() > 0.99);
   CHECK(report["seconds"]["total"].get<double>() > 0.0);
 
@@ -100,10 +97,11 @@ TEST_CASE("what cannot be extracted gives one line and the right exit code") {
     CHECK(outcome.is_error(piece));
     CHECK_FALSE(std::filesystem::exists(scene / "x.vdb"));
   };
-  fails(2, "--threshold", {"--shell", "--threshold", "1e9"});
+  fails(2, "--threshold", {"--threshold", "1e9"});
   fails(2, "--extent", {"--centre", "1000,0,0"});
   fails(2, "--max-memory", {"--max-memory", "10M"});
-  fails(2, "--solid and --shell", {"--solid", "--shell"});
+  fails(2, "--field surface", {"--solid"});
+  fails(2, "--shell", {"--shell"});
   fails(2, "--resolution native", {"--resolution", "native", "--extent", "3"});
   fails(2, ".ply", {"--mesh", "x.gltf"});
   fails(2, ".png", {"--preview", "x.jpg"});

@@ -114,7 +114,12 @@ void SmallScene::edit(const std::string& file, const std::string& piece,
 }
 
 Outcome SmallScene::train(const std::vector<std::string>& arguments, const Signal& signal) const {
-  return run_program(SAR_NERF_TRAIN, arguments, path(), signal);
+  std::vector<std::string> all = arguments;
+  const auto given = [&](const char* option) {
+    return std::ranges::any_of(arguments, [&](const std::string& a) { return a.starts_with(option); });
+  };
+  if (!given("--field") && !given("--resume") && !given("--config")) all.insert(all.end(), {"--field", "grid"});
+  return run_program(SAR_NERF_TRAIN, all, path(), signal);
 }
 
 Outcome SmallScene::render(const std::vector<std::string>& arguments, const Signal& signal) const {

@@ -31,6 +31,7 @@ class SmallScene : public ScratchFolder {
  public:
   explicit SmallScene(int n_views = 12);
 
+  /// Learns the field grid, without a trial, unless the arguments name another, a run or a configuration.
   Outcome train(const std::vector<std::string>& arguments, const Signal& signal = {}) const;
   Outcome render(const std::vector<std::string>& arguments, const Signal& signal = {}) const;
   Outcome bench(const std::vector<std::string>& arguments) const;

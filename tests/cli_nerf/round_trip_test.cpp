@@ -25,7 +25,7 @@ TEST_CASE("a learned field looks the same from its volume, rendered by the progr
     return arguments;
   };
   must(folder, SAR_RENDER, with_pixels({"cube.obj", "--pitch", "45", "--azimuth", "0:330:30", "-o", "data"}));
-  must(folder, SAR_NERF_TRAIN, {"data", "-o", "run", "--steps", "200", "-q"});
+  must(folder, SAR_NERF_TRAIN, {"data", "-o", "run", "--field", "grid", "--steps", "200", "-q"});
   must(folder, SAR_EXTRACT, {"run", "native.vdb", "--resolution", "native", "-q"});
   for (const std::string azimuth : {"0", "30"}) {  // onto a face; towards an edge
     must(folder, SAR_NERF_RENDER, with_pixels({"run", "--azimuth", azimuth, "-o", "field" + azimuth}));

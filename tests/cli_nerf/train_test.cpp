@@ -230,6 +230,33 @@ TEST_CASE("a training that diverges ends with exit code 4 and keeps the last goo
   CHECK_NOTHROW(sarnerf::read_archive(scene / "run/checkpoints/latest.pt"));
 }
 
+TEST_CASE("a trial chooses the field, and a run keeps it") {
+  const SmallScene scene;
+  const Outcome made = scene.train({"data", "-o", "run", "--field", "auto", "--steps", "20", "--explain"});
+  INFO(made.err);
+  REQUIRE(made.code == 0);
+  CHECK(made.err.find("held out from a trial of 100 steps") != std::string::npos);
+  const auto json = [&](const char* name) { return Json::parse(read_text(scene / name)); };
+  const Json trial = json("run/trial.json"), report = json("run/report.json");
+  const std::string field = trial["field"];
+  REQUIRE(trial["trials"].size() == 2);
+  for (const Json& one : trial["trials"]) CHECK((one["psnr_power_db"] <= trial["trials"][field == "surface" ? 0 : 1]["psnr_power_db"]));
+  CHECK(report["field"]["kind"] == field);
+  CHECK(report["field"]["chosen"].get<std::string>().starts_with(field + ": "));
+  CHECK(report["seconds"].contains("trial of fields"));
+
+  const Outcome again = scene.train({"data", "-o", "run", "--field", "auto", "--steps", "20"});
+  CHECK(again.err.find("already done") != std::string::npos);
+  CHECK(again.err.find("trial") == std::string::npos);
+  CHECK(scene.train({"data", "-o", "run", "--field", field, "--steps", "20"}).err.find("already done") != std::string::npos);
+  REQUIRE(scene.train({"--resume", "run", "--steps", "30", "-q"}).code == 0);
+  CHECK(json("run/report.json")["field"]["chosen"] == report["field"]["chosen"]);
+
+  const Outcome option = scene.train({"data", "-o", "other", "--field", "auto", "--option", "albedo_rate=0.1"});
+  CHECK(option.code == 2);
+  CHECK(option.is_error("--field surface"));
+}
+
 TEST_CASE("with patience, training ends when held-out views come no closer") {
   const SmallScene scene(24);
   const auto steps_of = [&](const std::string& run) {

@@ -17,12 +17,6 @@ namespace sarnerf {
 
 struct Model;  // sarnerf/nerf/model_file.h, which needs LibTorch
 
-/// Content of the occupancy and the mesh of an extraction.
-enum class Body {
-  solid,  ///< surfaces that views see, and the space behind them: views do not see inside opaque material
-  shell,  ///< voxels with at least a threshold of extinction
-};
-
 struct ExtractOptions {
   /// Voxels along the side of a cube of `extent_m`. 0: all occupied voxels, on the learned lattice of the fields `grid` and
   /// `surface`, or for `mlp` on voxels a third as wide as the cache's.
@@ -31,11 +25,10 @@ struct ExtractOptions {
   /// Centre of the cube, world. Default: over the aim point, around the occupied voxels, or near their bottom if they are
   /// taller than the cube.
   std::optional<glm::dvec3> centre_m;
-  Body body = Body::solid;
-  std::optional<double> threshold_per_m;   ///< least one-way extinction of the body. Default: 0, or Otsu's for a shell
-  std::optional<double> ground_height_m;   ///< world, bottom of the body. Default: model's ground, else a solid's lowest returns
-  std::size_t most_views = 66;             ///< training views that determine which space is empty (solid)
-  std::uint64_t max_memory_bytes = 0;      ///< of the grids and the views' return maps; 0: unlimited
+  /// Least one-way extinction (1/m) of the body. Default: Otsu's. The field `surface` has none.
+  std::optional<double> threshold_per_m;
+  std::optional<double> ground_height_m;   ///< world, bottom of the body. Default: the model's ground, if it has one
+  std::uint64_t max_memory_bytes = 0;      ///< of the grids; 0: unlimited
   std::string model_sha256;                ///< for the volume's provenance
   Monitor monitor;
 };
@@ -45,11 +38,9 @@ struct ExtractionPlan {
   double voxel_size_m = 0.0;
   Box box_m;                      ///< world, of the extracted volume
   double part_outside = 0.0;      ///< fraction of the occupied voxels' box, by volume, that the extent cuts off
-  std::size_t n_views = 0;        ///< that determine which space is empty
   std::vector<std::string> grids; ///< of the volume
   std::size_t n_voxels = 0;       ///< of bricks that may be occupied: upper bound for every grid
   std::uint64_t voxel_bytes = 0;  ///< approximate, during extraction: of all channels, as bricks and as grids
-  std::uint64_t view_bytes = 0;   ///< approximate, of the views' return maps
 };
 
 /// Throws UsageError for all that extract() rejects before it evaluates the field. Cost: at most a copy of the field's values.
@@ -61,10 +52,9 @@ struct Extraction {
   SurfaceMesh mesh;  ///< of the occupancy at one half, world coordinates
   double voxel_size_m = 0.0;
   Box box_m;                            ///< world, of the extracted volume
-  double threshold_per_m = 0.0;         ///< of ExtractOptions, else Otsu's, which only a shell uses
+  double threshold_per_m = 0.0;         ///< of the body: that of ExtractOptions, else Otsu's; 0 for `surface`
   double bottom_m = 0.0;                ///< world height of the body's bottom
   bool bottom_was_given = false;
-  double agreeing_share = 0.0;          ///< fraction of the views containing a point that must see it empty; 0 for a shell
   double harmonics_residual = 0.0;      ///< of the field `mlp`: see docs/method/extraction.md
   std::size_t n_components = 0;         ///< of the field `surface`: closed surfaces as contoured
   std::size_t n_unseen_components = 0;  ///< of them, those that no view sees, which were removed
@@ -75,11 +65,14 @@ struct Extraction {
   } seconds;
 };
 
-/// Extracts a learned field from its model: extinction and brightness as they were learned, the body that the training views
-/// see, and the body's surface. The body of the field `surface` is where its distance is below 0, and nothing else: no threshold,
-/// no view decides about it. The volume then is opaque below that level. Throws UsageError for a field without occupied voxels, an extent that misses them or has
-/// voxels wider than half of their box, a ground above them or farther below them than they are high, a threshold that leaves
-/// nothing, or more memory than allowed; Interrupted. Cost: docs/method/extraction.md.
+/// Extracts a learned field from its model: extinction and brightness as they were learned, the body, and the body's surface.
+/// The body of the field `surface` is where its distance is below 0. The volume then is opaque below that level. The
+/// fields `grid` and `mlp` are fog: their body is where extinction reaches a threshold, of the voxels that carving left
+/// before the training, and it is hollow where no view sees into an opaque object.
+///
+/// Throws UsageError for a field without occupied voxels, an extent that misses them or has voxels wider than half of their
+/// box, a ground above them or farther below them than they are high, a threshold that leaves nothing, or more memory
+/// than allowed; Interrupted. Cost: docs/method/extraction.md.
 Extraction extract(const Model& model, const ExtractOptions& options);
 
 /// Otsu's threshold (1979) between fog and opaque material, on the logarithm of extinctions above 0. It separates them into

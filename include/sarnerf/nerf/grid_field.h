@@ -29,10 +29,6 @@ struct GridOptions {
   double prune_depth = 0.03;        ///< voxels of less two-way depth are removed
   double prune_from = 0.0;          ///< progress before which no voxels are removed
   int n_prunings = 10;              ///< number of prunings during the training
-  /// Initial weight decay of the brightness: fraction lost per step, divided by the source's learning rate. Bright translucent
-  /// voxels and less bright opaque ones may give the same image; under decay, voxels must become opaque to keep their power.
-  double brightness_decay = 0.0;
-  double final_brightness_decay = 0.03;  ///< fraction of brightness_decay at the end; exponential in between
 };
 
 /// The field `grid` of SAR-NeRF: optical density and directional brightness on a sparse grid of voxels. Its

@@ -41,10 +41,8 @@ struct TrainerOptions {
 enum class Schedule { steps, clock };
 
 /// The options that suit a set of images: voxels of two thirds of a range bin; harmonics of degree 2 where many directions
-/// are seen (36 or more images without a background whose incidences differ by more than 5°), else 1. `surfaces`: whether the
-/// field `grid` is to become opaque, so that surfaces can be taken from it. Default: yes where many directions are seen.
-TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps,
-                               std::optional<bool> surfaces = std::nullopt);
+/// are seen (36 or more images without a background whose incidences differ by more than 5°), else 1.
+TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps);
 
 /// Steps after which more of them bring little: 1000, and 600 over a ground, where a step takes longer; for the field `surface` 800,
 /// and 1000 with 100 images or more.

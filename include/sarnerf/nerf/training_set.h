@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sarnerf/core/impulse_response.h"
@@ -64,5 +65,8 @@ struct SceneHeights {
 /// below the box's top.
 TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {},
                          const std::optional<Resolution>& resolution = {}, const GroundRule& ground_rule = {});
+
+/// The set without the views at these indices, ascending. All that was estimated from all views stays: box, ground, brightness.
+TrainingSet without_views(const TrainingSet& set, std::span<const std::size_t> views);
 
 }  // namespace sarnerf

@@ -62,13 +62,12 @@ struct Parameters {
   float* square;
   std::size_t n;
   float rate;  ///< learning rate over 1 − β₁ᵗ, the mean's bias correction
-  float decay;
 
   void move(std::size_t voxel, float square_correction) const {
     for (std::size_t k = voxel * n; k < (voxel + 1) * n; ++k) {
       mean[k] = kBeta1 * mean[k] + (1.0f - kBeta1) * gradient[k];
       square[k] = kBeta2 * square[k] + (1.0f - kBeta2) * gradient[k] * gradient[k];
-      value[k] -= decay * value[k] + rate * mean[k] / (std::sqrt(square[k] * square_correction) + kEpsilon);
+      value[k] -= rate * mean[k] / (std::sqrt(square[k] * square_correction) + kEpsilon);
     }
   }
 };
@@ -86,15 +85,14 @@ void VoxelAdam::step(GridField& field, std::span<const std::uint8_t> moves, cons
   const auto t = static_cast<double>(steps_);
   const double mean_correction = 1.0 / (1.0 - std::pow(double{kBeta1}, t));
   const auto square_correction = static_cast<float>(1.0 / (1.0 - std::pow(double{kBeta2}, t)));
-  const auto of = [&](torch::Tensor& value, torch::Tensor& mean, torch::Tensor& square, double rate, double decay) {
+  const auto of = [&](torch::Tensor& value, torch::Tensor& mean, torch::Tensor& square, double rate) {
     return Parameters{value.data_ptr<float>(), value.grad().data_ptr<float>(), mean.data_ptr<float>(),
                       square.data_ptr<float>(),
                       value.dim() == 1 ? std::size_t{1} : static_cast<std::size_t>(value.size(1)),
-                      static_cast<float>(rate * mean_correction),
-                      static_cast<float>(decay)};
+                      static_cast<float>(rate * mean_correction)};
   };
-  const Parameters density = of(field.log_depth, mean_density_, square_density_, rates.density, 0.0);
-  const Parameters source = of(field.coefficients, mean_source_, square_source_, rates.source, rates.source_decay);
+  const Parameters density = of(field.log_depth, mean_density_, square_density_, rates.density);
+  const Parameters source = of(field.coefficients, mean_source_, square_source_, rates.source);
   parallel_for(moves.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
       if (moves[n] == 0) continue;
@@ -149,7 +147,6 @@ GridLearner::GridLearner(const TrainingSet& set, const GridOptions& options, con
       adam_(field_) {}
 
 bool GridLearner::adapt(double progress, std::int64_t epoch_steps) {
-  progress_ = progress;
   if (steps_at_level_ == 0) level_progress_ = progress;
   const bool refines = refinement_is_due(progress);
   if (refines) refine(progress);
@@ -209,9 +206,7 @@ void GridLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& gra
   for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
   torch::autograd::backward({pixels}, {gradient});
   const torch::NoGradGuard no_grad;
-  const double source_rate = rate * options_.source_rate;
-  const double decay = options_.brightness_decay * std::pow(options_.final_brightness_decay, progress_);
-  adam_.step(field_, voxels_with_gradient(), {rate * options_.density_rate, source_rate, source_rate * decay});
+  adam_.step(field_, voxels_with_gradient(), {rate * options_.density_rate, rate * options_.source_rate});
   field_.log_depth.clamp_max_(std::log(kMostDepth));
   ++steps_at_level_;
   ++steps_since_change_;

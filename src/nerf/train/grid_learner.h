@@ -23,8 +23,7 @@ GridField initial_grid_field(const TrainingSet& set, const GridOptions& options,
 /// Adam (Kingma and Ba 2015, algorithm 1) for a GridField's parameters, in one pass over them. Voxels whose gradient is
 /// exactly 0 (no ray of the batch met them) keep their parameters and moments: where few rows pass, the ratio of an old mean
 /// to an old square would continue to move them at the full rate. Bias correction counts all steps. β₁ = 0.9; β₂ = 0.99,
-/// since rows are few and differ from one another; ε is negligible (1e-15), since gradients are small. Weight decay is
-/// decoupled from the gradients (Loshchilov and Hutter 2019).
+/// since rows are few and differ from one another; ε is negligible (1e-15), since gradients are small.
 class VoxelAdam {
  public:
   explicit VoxelAdam(const GridField& field);
@@ -32,7 +31,6 @@ class VoxelAdam {
   /// Rates of one step.
   struct Rates {
     double density, source;
-    double source_decay = 0.0;  ///< weight decay: fraction of the brightness that is lost per step
   };
 
   /// Updates the field's parameters from their gradients. `moves` [n_active]: 0 leaves a voxel unchanged.
@@ -76,7 +74,6 @@ class GridLearner : public FieldLearner {
   GridOptions options_;
   GridField field_;
   VoxelAdam adam_;
-  double progress_ = 0.0;               ///< argument of the last adapt()
   int level_ = 0;                       ///< halvings so far
   double level_progress_ = 0.0;         ///< progress at the first step since the last halving
   std::int64_t steps_at_level_ = 0;     ///< steps since the last halving

@@ -29,8 +29,6 @@ void for_each_grid_option(Options& o, Visit&& visit) {
   visit("prune_from", o.prune_from);
   visit("prune_depth", o.prune_depth);
   visit("n_prunings", o.n_prunings);
-  visit("brightness_decay", o.brightness_decay);
-  visit("final_brightness_decay", o.final_brightness_decay);
 }
 
 template <class Options, class Visit>
@@ -98,19 +96,19 @@ void for_each_option(Options& o, Visit&& visit) {
 /// Options of older versions, and what replaces them; empty: nothing, for the rule was dropped (docs/results/ablation.md).
 const std::map<std::string, std::string> kReplaced = {
     {"speckle_floor", "misfit"}, {"relative_epsilon", "misfit"}, {"speckle_most", ""}, {"huber_delta", ""},
-    {"distortion", ""}, {"final_distortion", ""}, {"prune_exposure", ""}, {"smooth_density", ""}, {"smooth_source", ""},
+    {"distortion", ""}, {"final_distortion", ""}, {"prune_exposure", ""}, {"brightness_decay", ""}, {"final_brightness_decay", ""}, {"smooth_density", ""}, {"smooth_source", ""},
     {"smooth_angular", ""}};
 
 /// With --time: a step with halved voxels takes about four times as long.
 constexpr int kClockStepsLeft = 300;
 
-/// With incidences this far apart (rad), images contradict surfaces at wrong heights.
+/// With incidences this far apart (rad), images show how brightness depends on the incidence.
 constexpr double kIncidencesDiffer = 5.0 * std::numbers::pi / 180.0;
 
 /// Images from which on the field `surface` needs more steps: those that see a voxel come more rarely.
 constexpr std::size_t kManyImages = 100;
 
-/// With fewer images, weight decay darkens parts that the images do not determine.
+/// With fewer images, harmonics of degree 2 are not determined.
 constexpr std::size_t kLeastOfManyDirections = 36;
 
 /// Whether many images from different incidences see the scene, without a background.
@@ -124,17 +122,9 @@ bool is_seen_from_many_directions(const TrainingSet& set) {
   return most - least > kIncidencesDiffer;
 }
 
-/// Nearly transparent voxels, so that rays reach all of them, and weight decay of the brightness, which favours opaque voxels.
-void learn_surfaces(GridOptions& grid, bool determined) {
-  grid.initial_depth = 0.02;
-  grid.prune_depth = 0.002;
-  grid.brightness_decay = determined ? 1.0 : 0.7;
-}
-
 }  // namespace
 
-TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule,
-                               std::optional<bool> surfaces) {
+TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule) {
   TrainerOptions options;
   if (schedule == Schedule::clock) options.grid.refine_steps_left = kClockStepsLeft;
   options.field = field;
@@ -148,9 +138,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.rows_per_step = 70;
     options.grid.prune_from = 0.2;
   }
-  const bool many = is_seen_from_many_directions(set);
-  if (many) options.grid.harmonics_degree = 2;
-  if (surfaces.value_or(many)) learn_surfaces(options.grid, many);
+  if (is_seen_from_many_directions(set)) options.grid.harmonics_degree = 2;
   options.mlp.voxel_size_m = bin_m;
   options.mlp.shape.position_frequencies = suitable_frequencies(set.box_m, bin_m);
   options.surface.voxel_size_m = 0.5 * bin_m;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <ranges>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
@@ -130,6 +131,18 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   }
   set.background = has_background(set.training_images());
   return set;
+}
+
+TrainingSet without_views(const TrainingSet& set, std::span<const std::size_t> views) {
+  TrainingSet rest = set;
+  const auto leave_out = [&](auto& of_views) {
+    if (of_views.empty()) return;
+    for (const std::size_t v : std::views::reverse(views)) of_views.erase(of_views.begin() + static_cast<std::ptrdiff_t>(v));
+  };
+  leave_out(rest.images);
+  leave_out(rest.deconvolved);
+  if (rest.ground) leave_out(rest.ground->mask);
+  return rest;
 }
 
 }  // namespace sarnerf
