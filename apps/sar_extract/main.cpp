@@ -45,7 +45,7 @@ Json request_of(const Options& o, const std::string& model_sha256) {
   j["volume"] = e.resolution == 0 ? Json{{"resolution", "native"}}
                                   : Json{{"resolution", e.resolution}, {"extent_m", e.extent_m}};
   if (e.centre_m) j["volume"]["centre_m"] = {e.centre_m->x, e.centre_m->y, e.centre_m->z};
-  j["body"] = Json::object();
+  j["body"] = {{"unseen", !e.unseen ? "auto" : *e.unseen == Unseen::membrane ? "membrane" : "hull"}};
   if (e.threshold_per_m) j["body"]["threshold_per_m"] = *e.threshold_per_m;
   if (e.ground_height_m) j["body"]["ground_height_m"] = *e.ground_height_m;
   if (!o.mesh.empty()) j["mesh"] = o.mesh.filename().string();

@@ -70,6 +70,9 @@ void add_options(CommandLine& command, Options& o) {
   command.begin_group("Body (occupancy, mesh and scores; extinction and brightness stay as they were learned)");
   command.add("--threshold", o.extract.threshold_per_m, positive("X").or_word("auto"),
               "Of the fields grid and mlp: one-way extinction (1/m) of matter; auto: Otsu's");
+  command.add("--unseen", o.extract.unseen, one_of<std::optional<Unseen>>({{"auto", std::nullopt}, {"membrane", Unseen::membrane}, {"hull", Unseen::hull}}),
+              "Of the field surface, where no view sees it: a membrane between seen parts, or the hull, all that views allow; auto: "
+              "the hull where a ground is known, which bounds it, else the membrane");
   command.refuse_replaced("--solid", "the fields grid and mlp are fog and have no inside; learn the images with sar_nerf_train --field "
                                      "surface, whose body is solid without it");
   command.refuse_replaced("--shell", "matter above --threshold is what the fields grid and mlp give without it; leave it out");

@@ -4,17 +4,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numeric>
+#include <utility>
 
+#include <openvdb/math/ConjGradient.h>
 #include <openvdb/tools/ChangeBackground.h>
+#include <openvdb/tools/Composite.h>
+#include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tree/LeafManager.h>
 
 #include "level_surface.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/surface_field.h"
 #include "sight.h"
-#include "vdb/vdb_grids.h"
 
 namespace sarnerf {
 
@@ -94,6 +98,18 @@ openvdb::FloatGrid::Ptr occupancy_of(const openvdb::FloatGrid& distance) {
   return grid;
 }
 
+openvdb::FloatGrid::Ptr unseen_grid(const SurfaceMesh& mesh, const openvdb::math::Transform& transform) {
+  const auto grid = openvdb::FloatGrid::create(0.0f);
+  grid->setTransform(transform.copy());
+  auto values = grid->getAccessor();
+  for (std::size_t v = 0; v < mesh.vertices_m.size(); ++v) {
+    const glm::dvec3& p = mesh.vertices_m[v];
+    const openvdb::Coord at = transform.worldToIndexCellCentered({p.x, p.y, p.z});
+    values.setValue(at, std::max(values.getValue(at), mesh.unseen[v] != 0 ? 1.0f : 0.0f));
+  }
+  return grid;
+}
+
 }  // namespace
 
 std::vector<glm::ivec3> bricks_of_surface(const SurfaceField& field, const VoxelLattice& lattice) {
@@ -110,16 +126,24 @@ std::uint64_t surface_grid_bytes(std::size_t n_bricks) {
   return std::uint64_t{n_bricks} * kBrickVoxels * kNumbersPerVoxel * sizeof(float);
 }
 
-VdbScene surface_grids(const SurfaceField& field, const VoxelLattice& lattice, const GridTransform& in_world,
-                       std::optional<double> floor_m, std::uint64_t max_memory_bytes, const Monitor& monitor) {
+openvdb::FloatGrid::Ptr surface_distance(const SurfaceField& field, const VoxelLattice& lattice, const GridTransform& in_world,
+                                         std::optional<double> floor_m, std::uint64_t max_memory_bytes, const Monitor& monitor) {
   const std::vector<glm::ivec3> bricks = bricks_of_surface(field, lattice);
   require_memory(surface_grid_bytes(bricks.size()), lattice.transform.voxel_size_m, max_memory_bytes);
   const openvdb::FloatGrid::Ptr distance = level_set(field, lattice, bricks, floor_m, monitor);
   distance->setTransform(vdb_transform(in_world));
-  std::unique_ptr<VdbScene::Grids> grids = solid_grids(*distance, in_world.voxel_size_m);
+  return distance;
+}
+
+VdbScene surface_grids(const SurfaceField& field, const VoxelLattice& lattice, const openvdb::FloatGrid::Ptr& distance,
+                       const SurfaceMesh& contour) {
+  std::unique_ptr<VdbScene::Grids> grids = solid_grids(*distance, lattice.transform.voxel_size_m);
+  // Missing bricks count as 0 in an interpolation: it is of the deviation from the mean.
+  const auto mean = static_cast<float>(field.log_albedo.mean().item<double>());
+  const torch::Tensor deviation = (field.log_albedo.detach() - mean).contiguous();
   const auto n_albedo = static_cast<std::size_t>(field.log_albedo.numel());
   const BrickView<const float> albedo{&field.albedo_topology(), field.albedo_transform(), 1,
-                                      {field.log_albedo.data_ptr<float>(), n_albedo}};
+                                      {deviation.data_ptr<float>(), n_albedo}};
   const float exponent = field.exponent.data_ptr<float>()[0];
   openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grids->brightness.front()->tree());
   parallel_for(leaves.leafCount(), 16, [&](std::size_t begin, std::size_t end, int) {
@@ -135,15 +159,17 @@ VdbScene surface_grids(const SurfaceField& field, const VoxelLattice& lattice, c
       log_albedo.resize(points_m.size());
       sampler.sample(points_m, log_albedo);
       std::size_t n = 0;
-      for (auto voxel = leaves.leaf(l).beginValueOn(); voxel; ++voxel) voxel.setValue(std::exp(log_albedo[n++]));
+      for (auto voxel = leaves.leaf(l).beginValueOn(); voxel; ++voxel) voxel.setValue(std::exp(mean + log_albedo[n++]));
       for (auto voxel = grids->exponent->tree().probeLeaf(leaves.leaf(l).origin())->beginValueOn(); voxel; ++voxel)
         voxel.setValue(exponent);
     }
   });
   grids->occupancy = occupancy_of(*distance);
   grids->distance = distance;
+  grids->unseen = unseen_grid(contour, distance->transform());
   const std::vector<std::string> names = surface_grid_names();
   grids->distance->setName(names[4]);
+  grids->unseen->setName(names[5]);
   grids->occupancy->setName(names[6]);
   return VdbScene(std::move(grids));
 }
@@ -183,23 +209,11 @@ std::vector<std::uint32_t> components_of(const SurfaceMesh& mesh) {
   return number;
 }
 
-openvdb::FloatGrid::Ptr unseen_grid(const SurfaceMesh& mesh, const openvdb::math::Transform& transform) {
-  const auto grid = openvdb::FloatGrid::create(0.0f);
-  grid->setTransform(transform.copy());
-  auto values = grid->getAccessor();
-  for (std::size_t v = 0; v < mesh.vertices_m.size(); ++v) {
-    const glm::dvec3& p = mesh.vertices_m[v];
-    const openvdb::Coord at = transform.worldToIndexCellCentered({p.x, p.y, p.z});
-    values.setValue(at, std::max(values.getValue(at), mesh.unseen[v] != 0 ? 1.0f : 0.0f));
-  }
-  return grid;
-}
-
 }  // namespace
 
-Contour contour(VdbScene& volume, std::span<const Acquisition> views, const Monitor& monitor) {
+Contour contour(const openvdb::FloatGrid& distance, std::span<const Acquisition> views, const Monitor& monitor) {
   // level_surface() takes what is larger for inside.
-  const openvdb::FloatGrid::Ptr depth = volume.grids().distance->deepCopy();
+  const openvdb::FloatGrid::Ptr depth = distance.deepCopy();
   openvdb::tools::changeBackground(depth->tree(), -depth->background());  // and inactive values beside it, of either sign
   for (auto value = depth->beginValueOn(); value; ++value) value.setValue(-*value);
   Contour result;
@@ -232,9 +246,86 @@ Contour contour(VdbScene& volume, std::span<const Acquisition> views, const Moni
   for (const glm::uvec3& t : mesh.triangles)
     if (is_seen[component[t.x]] != 0) kept.triangles.emplace_back(number[t.x], number[t.y], number[t.z]);
   mesh = std::move(kept);
-  volume.grids().unseen = unseen_grid(mesh, volume.grids().distance->transform());
-  volume.grids().unseen->setName(surface_grid_names()[5]);
   return result;
+}
+
+namespace {
+
+/// More neighbours than a vertex of a contour ever has; one with more would stay where it is.
+constexpr std::size_t kMostNeighbours = 31;
+
+/// Pairs (vertex, neighbour), ascending, each once.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_of(const SurfaceMesh& mesh) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (const glm::uvec3& t : mesh.triangles)
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint32_t a = t[corner], b = t[(corner + 1) % 3];
+      pairs.emplace_back(a, b);
+      pairs.emplace_back(b, a);
+    }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+/// Moves the unseen vertices of a mesh to the mean of their neighbours, all at once: a sparse symmetric positive definite system.
+void relax_unseen(const SurfaceMesh& mesh, std::vector<glm::dvec3>& vertices) {
+  namespace pcg = openvdb::math::pcg;
+  using Matrix = pcg::SparseStencilMatrix<double, kMostNeighbours + 1>;
+  constexpr std::uint32_t kFixed = std::numeric_limits<std::uint32_t>::max();
+  const auto pairs = neighbours_of(mesh);
+  std::vector<std::uint32_t> n_neighbours(vertices.size(), 0), unknown(vertices.size(), kFixed);
+  for (const auto& pair : pairs) ++n_neighbours[pair.first];
+  std::uint32_t n = 0;
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    if (mesh.unseen[v] != 0 && n_neighbours[v] <= kMostNeighbours) unknown[v] = n++;
+  if (n == 0) return;
+  Matrix matrix(n);
+  std::array<Matrix::VectorType, 3> sides{Matrix::VectorType(n, 0.0), Matrix::VectorType(n, 0.0), Matrix::VectorType(n, 0.0)};
+  for (const auto& [v, neighbour] : pairs) {
+    const std::uint32_t row = unknown[v];
+    if (row == kFixed) continue;
+    matrix.setValue(row, row, n_neighbours[v]);
+    if (unknown[neighbour] != kFixed) matrix.setValue(row, unknown[neighbour], -1.0);
+    else
+      for (int axis = 0; axis < 3; ++axis) sides[static_cast<std::size_t>(axis)][row] += vertices[neighbour][axis];
+  }
+  const pcg::State enough{.success = false, .iterations = 10'000, .relativeError = 1e-7, .absoluteError = 1e-12};
+  pcg::JacobiPreconditioner<Matrix> diagonal(matrix);
+  for (int axis = 0; axis < 3; ++axis) {
+    Matrix::VectorType solution(n, 0.0);
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      if (unknown[v] != kFixed) solution[unknown[v]] = vertices[v][axis];
+    pcg::solve(matrix, sides[static_cast<std::size_t>(axis)], solution, diagonal, enough);
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      if (unknown[v] != kFixed) vertices[v][axis] = solution[unknown[v]];
+  }
+}
+
+}  // namespace
+
+openvdb::FloatGrid::Ptr close_unseen(const openvdb::FloatGrid& distance, const SurfaceMesh& contour) {
+  if (contour.triangles.empty()) return distance.deepCopy();
+  // In voxels of the grid: floats keep their digits anywhere in the world.
+  std::vector<glm::dvec3> vertices;
+  for (const glm::dvec3& v : contour.vertices_m) {
+    const openvdb::Vec3d at = distance.transform().worldToIndex({v.x, v.y, v.z});
+    vertices.emplace_back(at.x(), at.y(), at.z());
+  }
+  relax_unseen(contour, vertices);
+  std::vector<openvdb::Vec3s> points;
+  for (const glm::dvec3& v : vertices) points.emplace_back(openvdb::Vec3d(v.x, v.y, v.z));
+  std::vector<openvdb::Vec3I> triangles;
+  for (const glm::uvec3& t : contour.triangles) triangles.emplace_back(t.x, t.y, t.z);
+  const auto body = openvdb::tools::meshToLevelSet<openvdb::FloatGrid>(*openvdb::math::Transform::createLinearTransform(1.0), points,
+                                                                      triangles, kHalfWidth);
+  const auto voxel_m = static_cast<float>(distance.voxelSize().x());
+  for (auto value = body->beginValueAll(); value; ++value) value.setValue(*value * voxel_m);
+  openvdb::tools::changeLevelSetBackground(body->tree(), distance.background());
+  body->setTransform(distance.transform().copy());
+  const openvdb::FloatGrid::Ptr whole = distance.deepCopy();
+  openvdb::tools::csgIntersection(*body, *whole);
+  return body;
 }
 
 }  // namespace sarnerf

@@ -227,12 +227,19 @@ Extraction extract_surface(const Model& model, const Setup& setup, const Extract
   result.bottom_was_given = floor_m.has_value();
   GridTransform in_world = setup.lattice.transform;
   in_world.origin_m += aim_m;
-  result.volume = surface_grids(*setup.surface, setup.lattice, in_world, floor_m, options.max_memory_bytes, options.monitor);
-  result.seconds.body = clock.lap();
+  openvdb::FloatGrid::Ptr distance = surface_distance(*setup.surface, setup.lattice, in_world, floor_m, options.max_memory_bytes,
+                                                      options.monitor);
+  result.seconds.field = clock.lap();
 
   std::vector<Acquisition> views = setup.views;
   for (Acquisition& view : views) view.aim_m = aim_m;
-  Contour surface = contour(result.volume, views, options.monitor);
+  Contour surface = contour(*distance, views, options.monitor);
+  if (options.unseen.value_or(floor_m ? Unseen::hull : Unseen::membrane) == Unseen::membrane) {
+    distance = close_unseen(*distance, surface.mesh);
+    surface.mesh = contour(*distance, views, options.monitor).mesh;
+  }
+  result.seconds.body = clock.lap();
+  result.volume = surface_grids(*setup.surface, setup.lattice, distance, surface.mesh);
   result.mesh = std::move(surface.mesh);
   result.n_components = surface.n_components;
   result.n_unseen_components = surface.n_unseen;

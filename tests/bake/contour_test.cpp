@@ -69,6 +69,7 @@ TEST_CASE("the body of a surface is where its distance is below 0") {
   const int resolution = GENERATE(0, 96);
   ExtractOptions options = cube();
   options.resolution = resolution;
+  options.unseen = Unseen::hull;  // also where no view sees it
   const Extraction x = extract(model, options);
   const double ball_m3 = 4.0 / 3.0 * std::numbers::pi * std::pow(kRadius_m, 3);
   CHECK(signed_volume_m3(x.mesh) == Approx(ball_m3).epsilon(0.03));
@@ -110,7 +111,9 @@ TEST_CASE("what no view sees is marked, and removed where nothing of it is seen"
     const double cavity = 0.5 - glm::length(p - glm::dvec3(0.1, 0.2, 0.0)), island = glm::length(p - glm::dvec3(0.0, -1.55, 0.0)) - 0.15;
     return std::min(std::max(ball(p), cavity), island);
   });
-  const Extraction x = extract(model, cube());
+  ExtractOptions options = cube();
+  options.unseen = Unseen::hull;
+  const Extraction x = extract(model, options);
   CHECK(x.n_components == 3);
   CHECK(x.n_unseen_components == 2);
   for (const glm::dvec3& v : x.mesh.vertices_m) REQUIRE(std::abs(ball(v)) < 0.02);
@@ -118,6 +121,30 @@ TEST_CASE("what no view sees is marked, and removed where nothing of it is seen"
   CHECK(x.unseen_part > 0.05);
   CHECK(x.unseen_part < 0.25);
   CHECK(x.volume.grids().unseen->activeVoxelCount() > 1000);
+}
+
+TEST_CASE("what no view sees is closed by a membrane, unless a ground bounds it") {
+  // A box, and below it the cone of its shadow, as views from 35 to 55 degrees leave it: 45 degrees is seen from no side.
+  const auto cone = [](const glm::dvec3& p) {
+    const glm::dvec3 q = glm::abs(p - glm::dvec3(0.0, 0.3, 0.0)) - glm::dvec3(1.0, 0.6, 1.0);
+    const double box = std::max({q.x, q.y, q.z}), below = -0.3 - p.y;
+    const double shadow = std::max({below - 0.6, (std::max(std::abs(p.x), std::abs(p.z)) + below - 1.0) / std::numbers::sqrt2, p.y});
+    return std::min(box, shadow);
+  };
+  ExtractOptions options = cube();
+  options.unseen = Unseen::hull;
+  const double hull_m3 = signed_volume_m3(extract(model_of(cone), options).mesh);
+  CHECK(hull_m3 > 1.25 * 4.8);
+  options.unseen.reset();
+  const Extraction closed = extract(model_of(cone), options);
+  CHECK(signed_volume_m3(closed.mesh) == Approx(4.8).epsilon(0.05));
+  CHECK(box_m(closed.mesh).min.y == Approx(-0.3).margin(0.1));
+  CHECK(edge_counts(closed.mesh).open == 0);
+  CHECK(closed.unseen_part > 0.1);
+  const auto centre = closed.volume.grids().distance->transform().worldToIndexCellCentered({0.0, -0.6, 0.0});
+  CHECK(closed.volume.grids().distance->tree().getValue(centre) > 0.0f);
+  options.ground_height_m = -0.7;
+  CHECK(box_m(extract(model_of(cone), options).mesh).min.y == Approx(-0.7).margin(0.02));
 }
 
 TEST_CASE("a ground cuts a surface off") {

@@ -17,6 +17,12 @@ namespace sarnerf {
 
 struct Model;  // sarnerf/nerf/model_file.h, which needs LibTorch
 
+/// The surface of the field `surface` where no view sees it. Both explain all images equally.
+enum class Unseen {
+  membrane,  ///< spanned between seen parts, within the hull
+  hull,      ///< as large as the views allow
+};
+
 struct ExtractOptions {
   /// Voxels along the side of a cube of `extent_m`. 0: all occupied voxels, on the learned lattice of the fields `grid` and
   /// `surface`, or for `mlp` on voxels a third as wide as the cache's.
@@ -28,6 +34,7 @@ struct ExtractOptions {
   /// Least one-way extinction (1/m) of the body. Default: Otsu's. The field `surface` has none.
   std::optional<double> threshold_per_m;
   std::optional<double> ground_height_m;   ///< world, bottom of the body. Default: the model's ground, if it has one
+  std::optional<Unseen> unseen;            ///< Default: the hull where a ground bounds it, else a membrane
   std::uint64_t max_memory_bytes = 0;      ///< of the grids; 0: unlimited
   std::string model_sha256;                ///< for the volume's provenance
   Monitor monitor;
