@@ -8,8 +8,8 @@ usage() {
 Usage: scripts/results.sh [--folder FOLDER] [--meshes FOLDER] [--chips FOLDER] [--insert] [STUDY...]
 Runs each study and keeps its Markdown as FOLDER/STUDY.md. A study whose file is there is not run again. With --insert, each
 table replaces the one between <!-- results STUDY --> and <!-- end --> in README.md and docs/results/*.md.
-Studies: accuracy solids ground learning pitch response speckle scenes chips depressions extraction surfaces surfaces_ground; all
-without arguments.
+Studies: accuracy solids ground learning pitch response speckle scenes chips depressions extraction surfaces surfaces_ground
+trial; all without arguments.
   --folder FOLDER  (default build/results)
   --meshes FOLDER  meshes from outside: stanford-bunny.obj, Kenney's vehicle-truck-*.obj and building-small-*.obj; what
                    is missing is left out
@@ -34,7 +34,7 @@ while [ $# -gt 0 ]; do
     *) studies="$studies $1"; shift ;;
   esac
 done
-studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions extraction surfaces surfaces_ground}
+studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions extraction surfaces surfaces_ground trial}
 export SARNERF_PROGRAMS="${SARNERF_PROGRAMS:-$root/build/release/apps}"
 bench=$SARNERF_PROGRAMS/sar_bench/sar_bench
 revision=$(git -C "$root" rev-parse --short HEAD)
@@ -126,6 +126,12 @@ study_extraction() {
   "$root/scripts/extract_table.sh" --folder extraction.data $solids $(mesh building-small-a.obj:10) $(mesh building-small-c.obj:10) \
     $(mesh vehicle-truck-green.obj:3) $(mesh vehicle-truck-red.obj:3)
   command='scripts/extract_table.sh'
+}
+
+study_trial() {
+  # shellcheck disable=SC2046
+  "$root/scripts/trial_table.sh" --folder trial.data "$root/data/tree.obj" $(mesh vehicle-truck-green.obj:2.5)
+  command='scripts/trial_table.sh data/tree.obj vehicle-truck-green.obj:2.5'
 }
 
 # put STUDY: its table into every page that has a place for it.

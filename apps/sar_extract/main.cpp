@@ -123,6 +123,9 @@ void tell(const Options& o, const Model& model, const Extraction& x, Console& co
   if (x.mesh.triangles.empty()) console.warning(empty_body_text(o, x));
   if (x.part_outside > 0.01)
     console.warning(format("--extent cuts off %.1f %% of the box of what was learned", 100.0 * x.part_outside));
+  if (model.field->kind() != "surface")
+    console.note("the field " + std::string(model.field->kind()) +
+                 " is fog: this is where it is dense, hollow where no view sees into it; sar_nerf_train --field surface learns a body");
   if (model.field->kind() == "mlp")
     console.note(format("harmonics of degree 2 keep the network's brightness to within %.1f %%", 100.0 * x.harmonics_residual));
   if (const Integrator integrator = model.field->integrator(); integrator != Integrator::exact)
