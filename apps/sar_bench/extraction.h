@@ -22,7 +22,8 @@ struct ExtractionOptions {
   std::vector<std::string> scene_files;
   double scale = 1.0;                 ///< of the scenes' coordinates
   std::string ground_height = "auto"; ///< m, for sar_extract
-  std::string field = "grid";
+  std::vector<std::string> fields{"surface"};
+  std::vector<std::filesystem::path> beside;  ///< extraction.json of other studies, drawn in the same diagrams
   /// Numbers of azimuths, evenly around, at 45°; with "xN" at each of N pitches from 35° to 55°.
   std::vector<std::string> views{"12", "24", "36", "72", "36x11"};
   std::vector<std::string> times{"2s", "5s", "10s", "20s", "60s"};
@@ -46,6 +47,7 @@ ViewSet parse_view_set(const std::string& text);
 struct ExtractionRun {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   std::string scene;
+  std::string method;                    ///< field, or what a recorded study calls it
   ViewSet views;
   double planned_s = 0.0;
   std::uint64_t seed = 1;
@@ -53,13 +55,15 @@ struct ExtractionRun {
   double training_s = kUnknown;          ///< of the whole program, its start included
   double extraction_s = kUnknown;        ///< of the whole program, without the scoring
   double iou = kUnknown;
+  double difference_m = kUnknown;        ///< symmetric difference over the true area
   double chamfer_m = kUnknown;           ///< over the surface that at least one training view sees
   double hausdorff_m = kUnknown;         ///< the same
   double carving_iou = kUnknown;         ///< of carving alone, on the voxels of the extraction
+  double carving_difference_m = kUnknown;
   double carving_chamfer_m = kUnknown;   ///< the same, over the visible surface
 };
 
-/// Renders, learns and extracts for every combination of scene, view set, time and seed; each has its own training. Data,
+/// Renders, learns and extracts for every combination of scene, view set, field, time and seed; each has its own training. Data,
 /// models and volumes stay in the output folder. Calls `finished` after each run with all runs so far. Reports a failed run on
 /// the console and keeps it as failed. Throws UsageError, Error if a scene cannot be rendered, Interrupted.
 void study_extraction(const ExtractionOptions& options, app::Console& console,
@@ -71,7 +75,7 @@ void run_extraction_command(const ExtractionOptions& options, app::Console& cons
 
 /// Runs that differ only in their seed.
 struct ExtractionGroup {
-  std::string scene;
+  std::string scene, method;
   ViewSet views;
   double planned_s = 0.0;
   std::vector<const ExtractionRun*> ended;  ///< the runs that did not fail
@@ -89,14 +93,16 @@ struct Spread {
 };
 Spread spread_of(const ExtractionGroup& group, ExtractionQuantity quantity);
 
-/// Diagrams and the names of their files: for each scene IoU and visible-surface Chamfer distance, against seconds of
-/// training (a line for each set of views) and against the number of views (a line for each planned time, and
-/// carving). Means over seeds, bars from the least to the largest. Failed runs are left out.
+/// Diagrams and the names of their files: for each scene symmetric difference and visible-surface Chamfer distance, against seconds of
+/// training (a line for each method and set of views) and against the number of views (a line for each method and planned
+/// time, and carving). Means over seeds, bars from the least to the largest. Failed runs are left out.
 std::vector<std::pair<std::string, Plot>> extraction_diagrams(const std::vector<ExtractionRun>& runs);
 
-/// A row for each scene, set of views and time, means over seeds, in Markdown.
+/// A row for each scene, method, set of views and time, means over seeds, in Markdown.
 std::string extraction_table(const std::vector<ExtractionRun>& runs);
 
+/// The runs as JSON, and back. Throws InputError for a file that is no study.
 nlohmann::json extraction_json(const std::vector<ExtractionRun>& runs);
+std::vector<ExtractionRun> read_extraction_runs(const std::filesystem::path& file);
 
 }  // namespace sarnerf::bench

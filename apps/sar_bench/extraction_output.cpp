@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <map>
 
 #include "extraction.h"
+#include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/report/page.h"
 
@@ -14,10 +16,10 @@ std::vector<ExtractionGroup> groups_of(const std::vector<ExtractionRun>& runs) {
   std::vector<ExtractionGroup> groups;
   for (const ExtractionRun& run : runs) {
     const auto same = [&](const ExtractionGroup& g) {
-      return g.scene == run.scene && g.views.text() == run.views.text() && g.planned_s == run.planned_s;
+      return g.scene == run.scene && g.method == run.method && g.views.text() == run.views.text() && g.planned_s == run.planned_s;
     };
     auto group = std::ranges::find_if(groups, same);
-    if (group == groups.end()) group = groups.insert(groups.end(), {run.scene, run.views, run.planned_s, {}});
+    if (group == groups.end()) group = groups.insert(groups.end(), {run.scene, run.method, run.views, run.planned_s, {}});
     if (run.failed.empty()) group->ended.push_back(&run);
   }
   return groups;
@@ -44,6 +46,7 @@ std::string cell(const Spread& s, int digits) {
 
 nlohmann::json json_of(const ExtractionRun& run) {
   nlohmann::json j{{"scene", run.scene},
+                   {"method", run.method},
                    {"azimuths", run.views.n_azimuth},
                    {"pitches", run.views.n_pitch},
                    {"views", run.views.count()},
@@ -56,9 +59,11 @@ nlohmann::json json_of(const ExtractionRun& run) {
   j.update({{"training_s", run.training_s},
             {"extraction_s", run.extraction_s},
             {"iou", run.iou},
+            {"symmetric_difference_m", run.difference_m},
             {"visible_chamfer_m", run.chamfer_m},
             {"visible_hausdorff_m", run.hausdorff_m},
             {"carving_iou", run.carving_iou},
+            {"carving_symmetric_difference_m", run.carving_difference_m},
             {"carving_visible_chamfer_m", run.carving_chamfer_m}});
   return j;
 }
@@ -66,16 +71,16 @@ nlohmann::json json_of(const ExtractionRun& run) {
 }  // namespace
 
 std::string extraction_table(const std::vector<ExtractionRun>& runs) {
-  std::vector<TableColumn> columns{{"scene"}};
+  std::vector<TableColumn> columns{{"scene"}, {"method"}};
   for (const char* heading : {"views", "planned (s)", "training (s)", "extraction (s)", "IoU", "carving's",
-                              "visible Chamfer (m)", "Hausdorff (m)"})
+                              "difference (m)", "visible Chamfer (m)", "Hausdorff (m)"})
     columns.push_back({heading, Align::right});
   std::vector<std::vector<std::string>> rows;
   for (const ExtractionGroup& g : groups_of(runs)) {
     const auto of = [&](ExtractionQuantity quantity, int digits) { return cell(spread_of(g, quantity), digits); };
-    rows.push_back({g.scene, std::to_string(g.views.count()), format("%g", g.planned_s), of(&ExtractionRun::training_s, 1),
+    rows.push_back({g.scene, g.method, std::to_string(g.views.count()), format("%g", g.planned_s), of(&ExtractionRun::training_s, 1),
                     of(&ExtractionRun::extraction_s, 1), of(&ExtractionRun::iou, 3), of(&ExtractionRun::carving_iou, 3),
-                    of(&ExtractionRun::chamfer_m, 3), of(&ExtractionRun::hausdorff_m, 2)});
+                    of(&ExtractionRun::difference_m, 3), of(&ExtractionRun::chamfer_m, 3), of(&ExtractionRun::hausdorff_m, 2)});
   }
   return markdown_table(columns, rows);
 }
@@ -84,6 +89,40 @@ nlohmann::json extraction_json(const std::vector<ExtractionRun>& runs) {
   nlohmann::json list = nlohmann::json::array();
   for (const ExtractionRun& run : runs) list.push_back(json_of(run));
   return {{"runs", list}};
+}
+
+std::vector<ExtractionRun> read_extraction_runs(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  const nlohmann::json study = nlohmann::json::parse(in, nullptr, false);
+  std::vector<ExtractionRun> runs;
+  try {
+    for (const nlohmann::json& j : study.at("runs")) {
+      if (j.contains("failed")) continue;
+      const auto number = [&](const char* name) {
+        return j.contains(name) && j.at(name).is_number() ? j.at(name).get<double>() : ExtractionRun::kUnknown;
+      };
+      ExtractionRun run;
+      run.scene = j.at("scene").get<std::string>();
+      run.method = j.at("method").get<std::string>();
+      run.views = {j.at("azimuths").get<int>(), j.at("pitches").get<int>()};
+      run.planned_s = j.at("planned_s").get<double>();
+      run.seed = j.at("seed").get<std::uint64_t>();
+      run.training_s = number("training_s");
+      run.extraction_s = number("extraction_s");
+      run.iou = number("iou");
+      run.difference_m = number("symmetric_difference_m");
+      run.chamfer_m = number("visible_chamfer_m");
+      run.hausdorff_m = number("visible_hausdorff_m");
+      run.carving_iou = number("carving_iou");
+      run.carving_difference_m = number("carving_symmetric_difference_m");
+      run.carving_chamfer_m = number("carving_visible_chamfer_m");
+      runs.push_back(std::move(run));
+    }
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(file.string() + ": expected the extraction.json of a study, found something else; --beside takes what sar_bench "
+                                     "extraction writes");
+  }
+  return runs;
 }
 
 namespace {
@@ -95,7 +134,7 @@ struct Measure {
   ExtractionQuantity of_body, of_carving;
 };
 constexpr Measure kMeasures[] = {
-    {"iou", "IoU", &ExtractionRun::iou, &ExtractionRun::carving_iou},
+    {"difference", "volume of the errors over true area (m)", &ExtractionRun::difference_m, &ExtractionRun::carving_difference_m},
     {"chamfer", "visible surface: Chamfer distance (m)", &ExtractionRun::chamfer_m, &ExtractionRun::carving_chamfer_m}};
 
 PlotPoint point(double x, const Spread& y) {
@@ -139,7 +178,7 @@ Plot against_seconds(const std::string& scene, const Groups& groups, const Measu
   plot.series = series_of(
       groups, measure,
       [](const ExtractionGroup& g) {
-        return format("%d views", g.views.count()) +
+        return g.method + format(", %d views", g.views.count()) +
                (g.views.n_pitch > 1 ? format(", %d pitches", g.views.n_pitch) : std::string());
       },
       [](const ExtractionGroup& g) { return spread_of(g, &ExtractionRun::training_s).mean; });
@@ -151,7 +190,7 @@ Plot against_views(const std::string& scene, const Groups& groups, const Measure
   const bool pitches = std::ranges::any_of(groups, [](const ExtractionGroup& g) { return g.views.n_pitch > 1; });
   plot.subtitle = pitches ? "evenly around, at 45°; the largest sets at several pitches, 35° to 55°" : "evenly around, at 45°";
   const auto count = [](const ExtractionGroup& g) { return static_cast<double>(g.views.count()); };
-  plot.series = series_of(groups, measure, [](const ExtractionGroup& g) { return format("%g s of training", g.planned_s); }, count);
+  plot.series = series_of(groups, measure, [](const ExtractionGroup& g) { return g.method + format(", %g s", g.planned_s); }, count);
   std::map<int, Spread> carved;  // nearly the same for every planned time
   for (const ExtractionGroup& group : groups) {
     const Spread y = spread_of(group, measure.of_carving);

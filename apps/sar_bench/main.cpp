@@ -64,7 +64,7 @@ void add_common(CLI::App& command, Options& o) {
 /// The sub-command `extraction`, which fills the options in.
 CLI::App& add_extraction_command(CLI::App& app, sarnerf::bench::ExtractionOptions& o) {
   CLI::App& command = *app.add_subcommand(
-      "extraction", "IoU and distance of extracted bodies against seconds of training and against the number of views; "
+      "extraction", "Errors of extracted bodies against seconds of training and against the number of views; "
                     "prints a table (Markdown) and writes diagrams");
   command.add_option("scenes", o.scene_files, "Meshes or scenes with a closed body")->type_name("FILE")->required();
   command.add_option("--views", o.views,
@@ -82,12 +82,17 @@ CLI::App& add_extraction_command(CLI::App& app, sarnerf::bench::ExtractionOption
       ->type_name("N")
       ->check(CLI::Range(1, 1000).description(""))
       ->capture_default_str();
-  command.add_option("--field", o.field, "grid, surface or mlp")
-      ->type_name("NAME")
+  command.add_option("--field", o.fields, "Of grid, surface and mlp, one or several")
+      ->type_name("NAME,...")
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::IsMember({"grid", "surface", "mlp"}).description(""))
       ->capture_default_str();
+  command.add_option("--beside", o.beside, "extraction.json of another study, to be drawn in the same diagrams")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile.description(""));
   command.add_option("--scale", o.scale, "Factor on the scenes' coordinates")->type_name("FACTOR")->capture_default_str();
-  command.add_option("--ground-height", o.ground_height, "Where bodies end below (m); auto: where returns end")
+  command.add_option("--ground-height", o.ground_height, "Where bodies end below (m); auto: not known")
       ->type_name("M|auto")
       ->capture_default_str();
   command.add_option("-o,--output", o.output, "Folder of the result, and of data, models and volumes")

@@ -54,12 +54,16 @@ void render(const std::string& scene, const ExtractionOptions& o, const ViewSet&
   if (code != 0) throw Error(scene + " could not be rendered; sar_render says above why");
 }
 
+std::size_t n_runs_of(const ExtractionOptions& o) {
+  return o.scene_files.size() * o.views.size() * o.fields.size() * o.times.size() * static_cast<std::size_t>(o.n_seeds);
+}
+
 /// Learns and extracts; fills in what was measured.
 void close_loop(const std::string& scene, const ExtractionOptions& o, const fs::path& data, ExtractionRun& run) {
-  const fs::path model = format("%s.%s.%gs.%d", data.c_str(), o.field.c_str(), run.planned_s, static_cast<int>(run.seed));
+  const fs::path model = format("%s.%s.%gs.%d", data.c_str(), run.method.c_str(), run.planned_s, static_cast<int>(run.seed));
   fs::path volume = model;
   volume += ".vdb";
-  int code = run_beside("sar_nerf_train", {data.string(), "--field", o.field, "--holdout", "0", "--time",
+  int code = run_beside("sar_nerf_train", {data.string(), "--field", run.method, "--holdout", "0", "--time",
                                            format("%.17gs", run.planned_s), "--seed", std::to_string(run.seed), "-o",
                                            model.string(), "--overwrite", "-q"});
   if (code != 0) {
@@ -77,10 +81,12 @@ void close_loop(const std::string& scene, const ExtractionOptions& o, const fs::
   run.extraction_s = extraction.at("seconds").at("total").get<double>() - extraction.at("seconds").at("score").get<double>();
   const Json& body = extraction.at("scores").at("extracted");
   run.iou = number(body.at("iou"));
+  run.difference_m = number(body.at("symmetric_difference_m"));
   run.chamfer_m = number(body.at("visible").at("chamfer_m"));
   run.hausdorff_m = number(body.at("visible").at("hausdorff_m"));
   const Json& carving = extraction.at("scores").at("carving");
   run.carving_iou = number(carving.at("iou"));
+  run.carving_difference_m = number(carving.at("symmetric_difference_m"));
   run.carving_chamfer_m = number(carving.at("visible").at("chamfer_m"));
 }
 
@@ -108,31 +114,35 @@ void study_extraction(const ExtractionOptions& o, app::Console& console,
   for (const char* program : {"sar_render", "sar_nerf_train", "sar_extract"}) program_beside(program);
   fs::create_directories(o.output);
   std::vector<ExtractionRun> runs;
-  const std::size_t n_runs = o.scene_files.size() * sets.size() * times_s.size() * static_cast<std::size_t>(o.n_seeds);
+  for (const fs::path& study : o.beside)
+    for (ExtractionRun& run : read_extraction_runs(study)) runs.push_back(std::move(run));
+  const std::size_t n_beside = runs.size(), n_runs = n_runs_of(o);
   for (const std::string& scene : o.scene_files) {
     const std::string name = fs::path(scene).stem().string();
     for (const ViewSet& views : sets) {
       const fs::path data = o.output / (name + "." + views.text());
       render(scene, o, views, data);
-      for (const double planned_s : times_s) {
-        for (int seed = 1; seed <= o.n_seeds; ++seed) {
-          ExtractionRun run;
-          run.scene = name;
-          run.views = views;
-          run.planned_s = planned_s;
-          run.seed = static_cast<std::uint64_t>(seed);
-          close_loop(scene, o, data, run);
-          const std::string title = format("%s, %d views, %g s, seed %d: ", name.c_str(), views.count(), planned_s, seed);
-          if (run.failed.empty()) {
-            console.note(title + format("IoU %.3f, visible Chamfer %.3f m", run.iou, run.chamfer_m));
-          } else {
-            console.warning(title + run.failed);
+      for (const std::string& field : o.fields)
+        for (const double planned_s : times_s)
+          for (int seed = 1; seed <= o.n_seeds; ++seed) {
+            ExtractionRun run;
+            run.scene = name;
+            run.method = field;
+            run.views = views;
+            run.planned_s = planned_s;
+            run.seed = static_cast<std::uint64_t>(seed);
+            close_loop(scene, o, data, run);
+            const std::string title =
+                format("%s, %s, %d views, %g s, seed %d: ", name.c_str(), field.c_str(), views.count(), planned_s, seed);
+            if (run.failed.empty()) {
+              console.note(title + format("IoU %.3f, difference %.3f m, visible Chamfer %.3f m", run.iou, run.difference_m, run.chamfer_m));
+            } else {
+              console.warning(title + run.failed);
+            }
+            runs.push_back(std::move(run));
+            console.progress("extraction", runs.size() - n_beside, n_runs);
+            finished(runs);
           }
-          runs.push_back(std::move(run));
-          console.progress("extraction", runs.size(), n_runs);
-          finished(runs);
-        }
-      }
     }
   }
 }
@@ -165,9 +175,10 @@ std::string plan_text(const ExtractionOptions& o) {
   for (const std::string& time : o.times) {
     times += (times.empty() ? "" : ", ") + format("%g s", app::parse_seconds("--time", time));
   }
-  const std::size_t n_runs = o.scene_files.size() * o.views.size() * o.times.size() * static_cast<std::size_t>(o.n_seeds);
+  std::string fields;
+  for (const std::string& field : o.fields) fields += (fields.empty() ? "" : ", ") + field;
   return text + "  views      " + views + "\n  training   " + times + ", " + counted(static_cast<std::uint64_t>(o.n_seeds), "seed") +
-         ", field " + o.field + "\n  runs       " + counted(n_runs, "run") + "\n  output     " + o.output.string() + "/\n";
+         ", field " + fields + "\n  runs       " + counted(n_runs_of(o), "run") + "\n  output     " + o.output.string() + "/\n";
 }
 
 }  // namespace

@@ -27,6 +27,8 @@ TEST_CASE("sar_bench extraction closes the loop and draws what came of it") {
     CHECK(run.at("views") == 8);
     CHECK(run.at("iou").get<double>() > 0.0);
     CHECK(run.at("iou").get<double>() < 1.0);
+    CHECK(run.at("method") == "surface");
+    CHECK(run.at("symmetric_difference_m").get<double>() > 0.0);
     CHECK(run.at("carving_iou").get<double>() > 0.0);
     CHECK(run.at("visible_chamfer_m").get<double>() > 0.0);
     CHECK(run.at("training_s").get<double>() > 0.0);
@@ -37,12 +39,18 @@ TEST_CASE("sar_bench extraction closes the loop and draws what came of it") {
   CHECK(data.front().at("incidence_deg") == 35.0);
   CHECK(data.back().at("incidence_deg") == 55.0);
   CHECK(made.out == read_text(folder / "study/extraction.md"));
-  for (const char* axis : {"iou-seconds", "iou-views", "chamfer-seconds", "chamfer-views"}) {
+  for (const char* axis : {"difference-seconds", "difference-views", "chamfer-seconds", "chamfer-views"}) {
     const std::string name = "study/extraction-cube-" + std::string(axis);
     CHECK(read_text(folder / (name + ".svg")).find("<svg") != std::string::npos);
     CHECK(read_text(folder / (name + ".png")).substr(1, 3) == "PNG");
   }
-  CHECK(read_text(folder / "study/extraction-cube-iou-views.svg").find("carving alone") != std::string::npos);
+  CHECK(read_text(folder / "study/extraction-cube-difference-views.svg").find("carving alone") != std::string::npos);
+
+  const Outcome beside = study({"--views", "4x2", "--time", "4s", "--field", "grid", "--beside", "study/extraction.json", "-o", "both"});
+  INFO(beside.err);
+  REQUIRE(beside.code == 0);
+  CHECK(Json::parse(read_text(folder / "both/extraction.json")).at("runs").size() == 3);
+  CHECK(read_text(folder / "both/extraction-cube-difference-seconds.svg").find("surface, 8 views") != std::string::npos);
 
   const auto refused = [&](int code, const std::string& piece, const std::vector<std::string>& arguments) {
     const Outcome outcome = study(arguments);
