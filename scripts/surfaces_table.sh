@@ -48,8 +48,8 @@ if [ -n "$seeds" ]; then
   scenes="$generated $scenes"
 fi
 
-echo "| scene | ground, looks | views | IoU | observable | carving's | best hull's IoU | (1 − observable) / carving's | difference (m) | (pixels) | visible Chamfer (m) | components | unseen (%) | training (s) | extraction (s) |"
-echo "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+echo "| scene | ground, looks | views | IoU | observable | carving's | best hull's IoU | (1 − observable) / carving's | difference (m) | (pixels) | visible Chamfer (m) | normals (°) | components | unseen (%) | training (s) | extraction (s) |"
+echo "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
 for item in $scenes; do
   scene=${item%%:*}
   scale=1
@@ -78,9 +78,9 @@ for item in $scenes; do
     training=$(run_seconds "$run/report.json")
     seconds=$(extraction_seconds "$report")
     echo "$name $ground $looks $set $(value "$report" iou 1) $(value "$report" observable_iou 1) $(value "$report" observable_iou 2)" \
-      "$(value "$report" hull_iou 1) $(value "$report" symmetric_difference_m 1) $pixel_m $(value "$report" chamfer_m 2)" \
+      "$(value "$report" hull_iou 1) $(value "$report" symmetric_difference_m 1) $pixel_m $(value "$report" chamfer_m 2) $(value "$report" visible_normal_error_deg 1)" \
       "$(value "$report" components 1) $(value "$report" unseen_part 1) $training $seconds" |
-      awk '{ printf "| %s | %s, %s | %d | %.3f | %.3f | %.3f | %.3f | %.2f | %.3f | %.2f | %.3f | %d | %.0f | %.0f | %.1f |\n",
-             $1, $2, $3, $4, $5, $6, $7, $8, (1 - $6) / (1 - $7), $9, $9 / $10, $11, $12, 100 * $13, $14, $15 }'
+      awk '{ printf "| %s | %s, %s | %d | %.3f | %.3f | %.3f | %.3f | %.2f | %.3f | %.2f | %.3f | %.1f | %d | %.0f | %.0f | %.1f |\n",
+             $1, $2, $3, $4, $5, $6, $7, $8, (1 - $6) / (1 - $7), $9, $9 / $10, $11, $12, $13, 100 * $14, $15, $16 }'
   done
 done

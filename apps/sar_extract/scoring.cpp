@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <numeric>
 
 #include <nlohmann/json.hpp>
@@ -78,6 +79,7 @@ Json score_json(const SurfaceScore& s) {
           {"size_ratio", s.size_ratio},
           {"whole", distances_json(s.whole)},
           {"visible", distances_json(s.visible)},
+          {"visible_normal_error_deg", s.normal_error_rad * 180.0 / std::numbers::pi},
           {"visible_fraction", s.visible_fraction},
           {"column_spacing_m", s.column_spacing_m}};
 }

@@ -127,6 +127,15 @@ Box checked_box(const SurfaceMesh& mesh, const std::string& name) {
   return box;
 }
 
+/// Of unit length; 0 for a triangle without area.
+glm::dvec3 normal_of(const SurfaceMesh& mesh, std::uint32_t triangle) {
+  const glm::uvec3& t = mesh.triangles[triangle];
+  const glm::dvec3& a = mesh.vertices_m[t.x];
+  const glm::dvec3 normal = glm::cross(mesh.vertices_m[t.y] - a, mesh.vertices_m[t.z] - a);
+  const double length = glm::length(normal);
+  return length > 0.0 ? normal / length : normal;
+}
+
 SurfaceMesh about(const SurfaceMesh& mesh, const glm::dvec3& centre_m) {
   SurfaceMesh moved = mesh;
   for (glm::dvec3& v : moved.vertices_m) v -= centre_m;
@@ -157,19 +166,31 @@ std::vector<SurfaceSample> open_samples(const Side& side, const Sight& sight, st
   return open;
 }
 
-/// From each sample to the nearest point of another surface (m); empty when either has no samples.
-std::vector<double> distances(const Side& from, const Side& to, const Monitor& monitor) {
+/// From the samples of a surface to the nearest points of another one.
+struct Distances {
+  std::vector<double> distance_m;
+  std::vector<double> angle_rad;  ///< between the normals; those of open pieces have no sign
+};
+
+/// Empty when either surface has no samples.
+Distances distances(const Side& from, const Side& to, const Monitor& monitor) {
   if (from.samples.empty() || to.samples.empty()) return {};
   const SurfaceDistance surface(to.mesh.vertices_m, to.mesh.triangles, false);
-  std::vector<double> distance_m(from.samples.size());
+  std::vector<double> distance_m(from.samples.size()), angle_rad(from.samples.size());
   std::atomic<std::uint64_t> n_done{0};
   parallel_for(distance_m.size(), 1024, [&](std::size_t begin, std::size_t end, int worker) {
     monitor.check();
-    for (std::size_t m = begin; m < end; ++m) distance_m[m] = surface.nearest(from.samples[m].point_m).distance_m;
+    for (std::size_t m = begin; m < end; ++m) {
+      const NearestPoint nearest = surface.nearest(from.samples[m].point_m);
+      distance_m[m] = nearest.distance_m;
+      double cosine = glm::dot(from.samples[m].normal, normal_of(to.mesh, nearest.triangle));
+      if (from.samples[m].triangle >= from.n_solid || nearest.triangle >= to.n_solid) cosine = std::abs(cosine);
+      angle_rad[m] = std::acos(std::clamp(cosine, -1.0, 1.0));
+    }
     const std::uint64_t done = n_done += end - begin;
     if (worker == 0) monitor.report("measuring distances", done, distance_m.size());
   });
-  return distance_m;
+  return {std::move(distance_m), std::move(angle_rad)};
 }
 
 struct Spread {
@@ -195,12 +216,12 @@ SurfaceDistances both_ways(const Spread& from_truth, const Spread& from_extracte
           larger(from_truth.percentile95_m, from_extracted.percentile95_m)};
 }
 
-Spread spread_of_seen(const Side& side, const std::vector<double>& distance_m) {
-  std::vector<double> seen_m;
-  for (std::size_t m = 0; m < distance_m.size(); ++m) {
-    if (side.seen[m] != 0) seen_m.push_back(distance_m[m]);
-  }
-  return spread(std::move(seen_m));
+/// The values of the samples that some view sees.
+std::vector<double> of_seen(const Side& side, const std::vector<double>& values) {
+  std::vector<double> seen;
+  for (std::size_t m = 0; m < values.size(); ++m)
+    if (side.seen[m] != 0) seen.push_back(values[m]);
+  return seen;
 }
 
 double seen_fraction(const Side& side) {
@@ -288,10 +309,12 @@ void score_distances(Side& extracted, Side& truth, std::span<const Acquisition> 
     side->samples = open_samples(*side, sight, options.n_samples, options.monitor);
     side->seen = sight.seen(side->samples, views, options.monitor);
   }
-  const std::vector<double> from_extracted_m = distances(extracted, truth, options.monitor);
-  const std::vector<double> from_truth_m = distances(truth, extracted, options.monitor);
-  score.whole = both_ways(spread(from_truth_m), spread(from_extracted_m));
-  score.visible = both_ways(spread_of_seen(truth, from_truth_m), spread_of_seen(extracted, from_extracted_m));
+  const Distances from_extracted = distances(extracted, truth, options.monitor);
+  const Distances from_truth = distances(truth, extracted, options.monitor);
+  score.whole = both_ways(spread(from_truth.distance_m), spread(from_extracted.distance_m));
+  score.visible = both_ways(spread(of_seen(truth, from_truth.distance_m)), spread(of_seen(extracted, from_extracted.distance_m)));
+  std::vector<double> angle_rad = of_seen(truth, from_truth.angle_rad);
+  if (!angle_rad.empty()) score.normal_error_rad = median(std::move(angle_rad));
   score.visible_fraction = seen_fraction(truth);
   score.extracted_visible_fraction = seen_fraction(extracted);
 }

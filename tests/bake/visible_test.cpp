@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "catch.h"
@@ -134,6 +135,27 @@ TEST_CASE("what is visible knows no place and no scale", "[visible]") {
   CHECK(fraction({5e5, 120, -4.2e6}, 1.0) == Approx(here).margin(2e-4));
   CHECK(fraction(glm::dvec3(0.0), 1e6) == Approx(here).margin(2e-4));
   CHECK(fraction(glm::dvec3(0.0), 1e-3) == Approx(here).margin(2e-4));
+}
+
+TEST_CASE("normals are compared where views see the truth", "[visible]") {
+  // A wedge against a slab: the top is inclined by 20 degrees, and a steep view sees hardly anything else.
+  const auto wedge = [](double rise) {
+    SurfaceMesh mesh = box_mesh({-4, 0, -4}, {4, 2, 4});
+    for (glm::dvec3& v : mesh.vertices_m)
+      if (v.y > 1.0) v.y += rise * (v.x + 4.0);
+    return mesh;
+  };
+  constexpr double kAngle = 20.0 * std::numbers::pi / 180.0;
+  Acquisition above = view_from(0);
+  above.incidence_rad = 0.1;
+  ScoreOptions options;
+  options.n_samples = 10'000;
+  const auto error = [&](const SurfaceMesh& mesh) {
+    return score(mesh, solid_truth(wedge(0.0)), std::vector<Acquisition>{above}, options).normal_error_rad;
+  };
+  CHECK(error(wedge(0.0)) == Approx(0.0).margin(1e-6));
+  CHECK(error(wedge(std::tan(kAngle))) == Approx(kAngle).epsilon(0.01));
+  CHECK(std::isnan(score(wedge(0.0), solid_truth(wedge(0.0)), {}, options).normal_error_rad));
 }
 
 TEST_CASE("space under a slab that no ray reaches is left out of the observable overlap", "[visible]") {

@@ -110,6 +110,9 @@ struct SurfaceScore {
 
   SurfaceDistances whole;    ///< over the parts of both surfaces that are not buried
   SurfaceDistances visible;  ///< over the parts of these that some view sees
+  /// Median angle (rad) between the normals of the true surface, where some view sees it, and of the extracted one at the nearest
+  /// point.
+  double normal_error_rad = kNotMeasured;
   double visible_fraction = 0.0;            ///< by area, of the true surface that is not buried
   double extracted_visible_fraction = 0.0;  ///< the same of the extracted surface
 
