@@ -11,7 +11,7 @@
 #include "training_run.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/parallel.h"
-#include "sarnerf/nerf/field_trial.h"
+#include "sarnerf/nerf/trainer.h"
 #include "torch_setup.h"
 
 namespace sarnerf::app {

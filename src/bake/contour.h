@@ -19,7 +19,8 @@ namespace sarnerf {
 
 class SurfaceField;  // sarnerf/nerf/surface_field.h, which needs LibTorch
 
-/// Bricks of the lattice that meet the field's, in which its distance is known.
+/// Bricks of the lattice that meet the field's, in which its distance is known: the only ones in which a level set needs voxels,
+/// since all others are far inside or outside of the body.
 std::vector<glm::ivec3> bricks_of_surface(const SurfaceField& field, const VoxelLattice& lattice);
 
 /// Names of the grids that surface_grids() makes, and the memory (bytes) that it may need for so many bricks.

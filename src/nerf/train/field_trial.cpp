@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/nerf/field_trial.h"
+#include "sarnerf/nerf/trainer.h"
 
 #include <algorithm>
 #include <limits>
@@ -9,7 +9,6 @@
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/nerf/learned_field.h"
-#include "sarnerf/nerf/trainer.h"
 
 namespace sarnerf {
 
