@@ -67,6 +67,6 @@ for item in $scenes; do
       "$(value "$trial" psnr_power_db 1) $(value "$trial" psnr_power_db 2) $(value "$trial" seconds 1) $(value "$trial" seconds 2) $chosen" |
       awk '{ worse = $9 == "grid" ? $3 - $4 : $4 - $3
              printf "| %s | %d | %.2f | %.2f | %.2f | %.2f | %.1f | %s | %s |\n",
-                    $1, $2, $3, $4, $5, $6, $7 + $8, $9, worse > 0 ? sprintf("%.2f", worse) : "–" }'
+                    $1, $2, $3, $4, $5, $6, $7 + $8, $9, (worse > 0 ? sprintf("%.2f", worse) : "–") }'
   done
 done
