@@ -58,13 +58,14 @@ for scene in cuboid platform_upright platform_inverted; do
 done
 render data/street.json --pitch 40 --azimuth 20 --spacing 0.1 -o "$out/street"
 
-# 36 views of the cuboid; what is learned from them, judged on views between them; the body that they see.
+# 36 views of the cuboid; what is learned from them, judged on views between them; a surface, and the body that it bounds.
 render data/cuboid.json --pitch 45 --azimuth 0:350:10 --size 128x128 --spacing 0.3 -o "$out/cuboid_36"
 render data/cuboid.json --pitch 45 --azimuth 5:355:10 --size 128x128 --spacing 0.3 -o "$out/cuboid_between"
-build/release/apps/sar_nerf_train/sar_nerf_train "$out/cuboid_36" --field surface --time 20s --against "$out/cuboid_between" \
+build/release/apps/sar_nerf_train/sar_nerf_train "$out/cuboid_36" --time 20s --against "$out/cuboid_between" \
   -o "$out/cuboid_run" --overwrite
 build/release/apps/sar_nerf_render/sar_nerf_render "$out/cuboid_run" --azimuth 12.5 -o "$out/cuboid_unseen" --overwrite
-build/release/apps/sar_extract/sar_extract "$out/cuboid_run" "$out/cuboid_body.vdb" --mesh "$out/cuboid_body.ply" \
+build/release/apps/sar_nerf_train/sar_nerf_train "$out/cuboid_36" --field surface --time 20s -o "$out/cuboid_surface" --overwrite
+build/release/apps/sar_extract/sar_extract "$out/cuboid_surface" "$out/cuboid_body.vdb" --mesh "$out/cuboid_body.ply" \
   --preview "$out/cuboid_body.png" --truth data/cuboid.json --overwrite
 
 # A sweep writes a dataset folder.

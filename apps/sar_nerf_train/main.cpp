@@ -19,6 +19,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Greatest fraction of --time for the steps of one trial; there are two.
+constexpr double kTrialPart = 0.1;
+
 /// The choice of an earlier program that worked on this run with the same images; none if there is none.
 std::optional<Json> recorded_choice(const RunFolder& folder, const std::string& fingerprint) {
   std::ifstream file(folder.trial());
@@ -41,7 +44,9 @@ Json choose(Options& options, const RunFolder& folder, Data& data, Console& cons
     data.field_choice = recorded->value("reason", "");
     return *recorded;
   }
-  const FieldChoice choice = choose_field(data.set, options.seed, monitor);
+  TrialRule rule;
+  if (options.time_s) rule.most_seconds = kTrialPart * *options.time_s;
+  const FieldChoice choice = choose_field(data.set, options.seed, monitor, rule);
   options.field = choice.field;
   data.field_choice = choice_text(choice);
   console.note("field " + data.field_choice + "; --field names another");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -104,6 +105,7 @@ struct TrialRule {
   std::size_t n_held_out = 3;     ///< views that trials predict, spread over the set
   std::size_t least_views = 6;    ///< with fewer, too few would be left to learn from
   std::int64_t n_steps = 200;     ///< of each trial, with the whole schedule. Chosen: 100 mislead on one scene more of twelve
+  double most_seconds = std::numeric_limits<double>::infinity();  ///< for the steps of one trial, which then has fewer of them
 };
 
 /// What a short training of one kind of field reached.
@@ -111,6 +113,7 @@ struct FieldTrial {
   std::string field;
   double psnr_power_db = 0.0;  ///< mean over the held-out views, 100 dB at most
   double seconds = 0.0;
+  std::int64_t n_steps = 0;
   std::string failure;         ///< why it reached nothing; else empty
 };
 
@@ -126,7 +129,7 @@ struct FieldChoice {
 /// fields cannot be compared by their losses on training views: fog explains more images than a surface, wrong ones included.
 ///
 /// A field whose trial diverges, or learns nothing, is not chosen unless all do. Deterministic for a seed and number of
-/// threads. Throws Interrupted. Cost: two short trainings and six views: some 5 to 10 s.
+/// threads, unless seconds are limited. Throws Interrupted. Cost: two short trainings and six views: some 5 to 10 s.
 FieldChoice choose_field(const TrainingSet& set, std::uint64_t seed = 1, const Monitor& monitor = {}, const TrialRule& rule = {});
 
 /// One line for the user: "surface: 41.20 dB on 3 views held out from a trial of 200 steps (grid: 38.95 dB)".

@@ -41,11 +41,15 @@ FieldTrial trial_of(const std::string& field, const TrainingSet& set, const Trai
   options.seed = seed;
   try {
     Trainer trainer(rest, options, monitor);
-    for (std::int64_t step = 0; step < rule.n_steps; ++step) {
+    const Stopwatch learning;
+    for (double progress = 0.0; progress < 1.0;) {
       monitor.check();
-      trainer.step(static_cast<double>(step) / static_cast<double>(rule.n_steps));
-      monitor.report("trial of " + field, static_cast<std::uint64_t>(step + 1), static_cast<std::uint64_t>(rule.n_steps));
+      trainer.step(progress);
+      const std::int64_t n = trainer.steps_done();
+      progress = std::max(static_cast<double>(n) / static_cast<double>(rule.n_steps), learning.seconds() / rule.most_seconds);
+      monitor.report("trial of " + field, static_cast<std::uint64_t>(n), static_cast<std::uint64_t>(rule.n_steps));
     }
+    trial.n_steps = trainer.steps_done();
     if (trainer.field().occupied_box_m().empty())
       trial.failure = "nothing was learned";
     else
@@ -81,14 +85,15 @@ FieldChoice choose_field(const TrainingSet& set, std::uint64_t seed, const Monit
 std::string choice_text(const FieldChoice& choice, const TrialRule& rule) {
   if (choice.trials.empty()) return choice.field + ": fewer than " + counted(rule.least_views, "view") + ", too few for a trial";
   std::string chosen, others;
+  long long n_steps = 0;
   for (const FieldTrial& trial : choice.trials) {
     if (trial.field == choice.field)
-      chosen = score_text(trial);
+      chosen = score_text(trial), n_steps = trial.n_steps;
     else
       others += (others.empty() ? "" : ", ") + trial.field + ": " + score_text(trial);
   }
-  return choice.field + ": " + chosen + format(" on %zu views held out from a trial of %lld steps", choice.held_out.size(),
-                                              static_cast<long long>(rule.n_steps)) + " (" + others + ")";
+  return choice.field + ": " + chosen + format(" on %zu views held out from a trial of %lld steps", choice.held_out.size(), n_steps) + " (" +
+         others + ")";
 }
 
 }  // namespace sarnerf
