@@ -331,7 +331,10 @@ std::string plan_text(const Options& o, const Model& model) {
   if (plan.part_outside > 0.01)
     text += format("\n            cuts off %.1f %% of the box of what was learned", 100.0 * plan.part_outside);
   text += format("\n  grids     %s; up to %zu voxels each", grids_text(plan.grids).c_str(), plan.n_voxels);
-  text += model.field->kind() == "surface" ? std::string("\n  body      where the distance is below 0; what no view sees is marked")
+  text += model.field->kind() == "surface" ? std::string("\n  body      where the distance is below 0; what no view sees is marked, ") +
+                                                 (!e.unseen ? "and a membrane, unless a ground bounds it"
+                                                  : *e.unseen == Unseen::membrane ? "and a membrane"
+                                                                                  : "and as large as views allow")
           : e.threshold_per_m ? format("\n  body      where extinction is at least %.3g per metre", *e.threshold_per_m)
                               : std::string("\n  body      where extinction is at least Otsu's threshold");
   text += "\n  left out  voxels without extinction; insides";
