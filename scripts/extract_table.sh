@@ -41,11 +41,7 @@ mkdir -p "$folder"
 echo "| scene | views | ground | IoU | carving's | share of its error left | visible Chamfer (m) | Hausdorff (m) | training (s) | extraction (s) | memory (MiB) |"
 echo "|---|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|"
 for item in $scenes; do
-  scene=${item%%:*}
-  scale=1
-  case "$item" in *:*) scale=${item##*:} ;; esac
-  name=$(basename "$scene")
-  name=${name%.*}
+  take_scene "$item"
   truth=$scene
   for set in $sets; do
     pitch=45

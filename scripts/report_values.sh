@@ -2,6 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 # For scripts that make tables of the programs' reports: sourced by them.
 
+# take_scene ITEM: sets scene, scale and name from FILE[:SCALE]. The name of a generated scene is that of its folder.
+take_scene() {
+  scene=${1%%:*}
+  scale=1
+  case "$1" in *:*) scale=${1##*:} ;; esac
+  name=$(basename "$scene")
+  name=${name%.*}
+  if [ "$name" = scene ]; then name=$(basename "$(dirname "$scene")"); fi
+}
+
 # report_means REPORT evaluation|despeckled KEY: the key's means, one a line: the model's, the baselines', what bounds them.
 report_means() {
   if [ "$2" = despeckled ]; then cut='s/.*"despeckled"://'; else cut='s/.*"evaluation"://; s/"despeckled":.*//'; fi

@@ -48,11 +48,7 @@ render() {
 echo "| scene | depression | looks | every | power (dB) | best baseline | log amplitude (dB) | best baseline | shadow IoU | best baseline | training (s) |"
 echo "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
 for item in $scenes; do
-  scene=${item%%:*}
-  scale=1
-  case "$item" in *:*) scale=${item##*:} ;; esac
-  name=$(basename "$scene")
-  name=${name%.*}
+  take_scene "$item"
   for depression in $depressions; do
     truth=$folder/$name.$depression.truth
     render --azimuth 7.5:352.5:15 -o "$truth"

@@ -51,12 +51,7 @@ fi
 echo "| scene | ground, looks | views | IoU | observable | carving's | best hull's IoU | (1 − observable) / carving's | difference (m) | (pixels) | visible Chamfer (m) | normals (°) | components | unseen (%) | training (s) | extraction (s) |"
 echo "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
 for item in $scenes; do
-  scene=${item%%:*}
-  scale=1
-  case "$item" in *:*) scale=${item##*:} ;; esac
-  name=$(basename "$scene")
-  name=${name%.*}
-  if [ "$name" = scene ]; then name=$(basename "$(dirname "$scene")"); fi
+  take_scene "$item"
   for set in $sets; do
     pitch=45
     azimuth=0:350:10

@@ -42,12 +42,7 @@ fi
 echo "| scene | views | surface (dB) | grid (dB) | trial: surface (dB) | grid (dB) | trial (s) | chosen | worse than the other by (dB) |"
 echo "|---|--:|--:|--:|--:|--:|--:|---|--:|"
 for item in $scenes; do
-  scene=${item%%:*}
-  scale=1
-  case "$item" in *:*) scale=${item##*:} ;; esac
-  name=$(basename "$scene")
-  name=${name%.*}
-  if [ "$name" = scene ]; then name=$(basename "$(dirname "$scene")"); fi
+  take_scene "$item"
   render() {
     "$programs/sar_render/sar_render" "$scene" --scale "$scale" --pitch 45 --size 128x128 --spacing 0.3 --altitude 10000 \
       --ground none -q "$@" > /dev/null
