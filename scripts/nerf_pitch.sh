@@ -48,6 +48,7 @@ while [ $# -gt 0 ]; do
   esac
 done
 folder=${folder:-$root/build/nerf_pitch}
+. "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
 
@@ -69,7 +70,7 @@ for seed in $(seq "$seeds"); do
   # The options are several words.
   # shellcheck disable=SC2086
   "$programs/sar_nerf_train/sar_nerf_train" "$data" --field grid --holdout 0 --seed "$seed" $train -o "$run" -q > /dev/null
-  seconds=$(sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$run/report.json" | head -n 1)
+  seconds=$(run_seconds "$run/report.json")
   for pitch in $pitches; do
     scores=$run.scores.$pitch
     "$programs/sar_nerf_render/sar_nerf_render" "$run" --against "$folder/$solid.test$azimuths.$pitch" -o "$scores" \

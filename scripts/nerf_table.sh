@@ -36,6 +36,7 @@ done
 name=nerf_table
 if $ground; then name=nerf_table_ground; fi
 folder=${folder:-$root/build/$name}
+. "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
 
@@ -74,7 +75,7 @@ for solid in $solids; do
       "$programs/sar_nerf_train/sar_nerf_train" "$folder/$solid.$n" --field grid --seed "$seed" -o "$run" -q > /dev/null
       "$programs/sar_nerf_render/sar_nerf_render" "$run" --against "$folder/$solid.test" -o "$run.scores" \
         --overwrite > "$run.scores.md" 2> "$run.scores.log" || { cat "$run.scores.log" >&2; exit 1; }
-      seconds=$(sed -n 's/.*"all programs of the run": *\([0-9.]*\).*/\1/p' "$run/report.json" | head -n 1)
+      seconds=$(run_seconds "$run/report.json")
       # The table's rows: method, PSNR of power, of amplitude, of the target, SSIM.
       awk -F '|' -v row="$solid|$n|$seed|$seconds" '
         /^\| SAR-NeRF/ { own = $3; amplitude = $4; ssim = $6; next }

@@ -12,6 +12,12 @@ take_scene() {
   if [ "$name" = scene ]; then name=$(basename "$(dirname "$scene")"); fi
 }
 
+# add_generated_scenes SEEDS: puts those of sar_bench scenes, made in $folder/scenes, before $scenes; none for an empty list.
+add_generated_scenes() {
+  if [ -z "$1" ]; then return; fi
+  scenes="$("$programs/sar_bench/sar_bench" scenes --seed "$1" -o "$folder/scenes" --quiet) $scenes"
+}
+
 # report_means REPORT evaluation|despeckled KEY: the key's means, one a line: the model's, the baselines', what bounds them.
 report_means() {
   if [ "$2" = despeckled ]; then cut='s/.*"despeckled"://'; else cut='s/.*"evaluation"://; s/"despeckled":.*//'; fi

@@ -43,10 +43,7 @@ done
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 pixel_m=0.3
 mkdir -p "$folder"
-if [ -n "$seeds" ]; then
-  generated=$("$programs/sar_bench/sar_bench" scenes --seed "$seeds" -o "$folder/scenes" --quiet)
-  scenes="$generated $scenes"
-fi
+add_generated_scenes "$seeds"
 
 echo "| scene | ground, looks | views | IoU | observable | carving's | best hull's IoU | (1 − observable) / carving's | difference (m) | (pixels) | visible Chamfer (m) | normals (°) | components | unseen (%) | training (s) | extraction (s) |"
 echo "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"

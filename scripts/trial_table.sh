@@ -34,10 +34,7 @@ done
 . "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
-if [ -n "$seeds" ]; then
-  generated=$("$programs/sar_bench/sar_bench" scenes --seed "$seeds" -o "$folder/scenes" --quiet)
-  scenes="$generated $scenes"
-fi
+add_generated_scenes "$seeds"
 
 echo "| scene | views | surface (dB) | grid (dB) | trial: surface (dB) | grid (dB) | trial (s) | chosen | worse than the other by (dB) |"
 echo "|---|--:|--:|--:|--:|--:|--:|---|--:|"

@@ -44,6 +44,21 @@ std::string cell(const Spread& s, int digits) {
          (s.least < s.most ? format(" (%.*f to %.*f)", digits, s.least, digits, s.most) : std::string());
 }
 
+/// What is measured of a run, as extraction.json calls it.
+struct Number {
+  const char* name;
+  ExtractionQuantity quantity;
+};
+constexpr Number kNumbers[] = {{"training_s", &ExtractionRun::training_s},
+                               {"extraction_s", &ExtractionRun::extraction_s},
+                               {"iou", &ExtractionRun::iou},
+                               {"symmetric_difference_m", &ExtractionRun::difference_m},
+                               {"visible_chamfer_m", &ExtractionRun::chamfer_m},
+                               {"visible_hausdorff_m", &ExtractionRun::hausdorff_m},
+                               {"carving_iou", &ExtractionRun::carving_iou},
+                               {"carving_symmetric_difference_m", &ExtractionRun::carving_difference_m},
+                               {"carving_visible_chamfer_m", &ExtractionRun::carving_chamfer_m}};
+
 nlohmann::json json_of(const ExtractionRun& run) {
   nlohmann::json j{{"scene", run.scene},
                    {"method", run.method},
@@ -56,15 +71,7 @@ nlohmann::json json_of(const ExtractionRun& run) {
     j["failed"] = run.failed;
     return j;
   }
-  j.update({{"training_s", run.training_s},
-            {"extraction_s", run.extraction_s},
-            {"iou", run.iou},
-            {"symmetric_difference_m", run.difference_m},
-            {"visible_chamfer_m", run.chamfer_m},
-            {"visible_hausdorff_m", run.hausdorff_m},
-            {"carving_iou", run.carving_iou},
-            {"carving_symmetric_difference_m", run.carving_difference_m},
-            {"carving_visible_chamfer_m", run.carving_chamfer_m}});
+  for (const auto& [name, quantity] : kNumbers) j[name] = run.*quantity;
   return j;
 }
 
@@ -98,24 +105,14 @@ std::vector<ExtractionRun> read_extraction_runs(const std::filesystem::path& fil
   try {
     for (const nlohmann::json& j : study.at("runs")) {
       if (j.contains("failed")) continue;
-      const auto number = [&](const char* name) {
-        return j.contains(name) && j.at(name).is_number() ? j.at(name).get<double>() : ExtractionRun::kUnknown;
-      };
       ExtractionRun run;
       run.scene = j.at("scene").get<std::string>();
       run.method = j.at("method").get<std::string>();
       run.views = {j.at("azimuths").get<int>(), j.at("pitches").get<int>()};
       run.planned_s = j.at("planned_s").get<double>();
       run.seed = j.at("seed").get<std::uint64_t>();
-      run.training_s = number("training_s");
-      run.extraction_s = number("extraction_s");
-      run.iou = number("iou");
-      run.difference_m = number("symmetric_difference_m");
-      run.chamfer_m = number("visible_chamfer_m");
-      run.hausdorff_m = number("visible_hausdorff_m");
-      run.carving_iou = number("carving_iou");
-      run.carving_difference_m = number("carving_symmetric_difference_m");
-      run.carving_chamfer_m = number("carving_visible_chamfer_m");
+      for (const auto& [name, quantity] : kNumbers)
+        if (j.contains(name) && j.at(name).is_number()) run.*quantity = j.at(name).get<double>();
       runs.push_back(std::move(run));
     }
   } catch (const nlohmann::json::exception&) {

@@ -96,8 +96,8 @@ void for_each_option(Options& o, Visit&& visit) {
 /// Options of older versions, and what replaces them; empty: nothing, for the rule was dropped (docs/results/ablation.md).
 const std::map<std::string, std::string> kReplaced = {
     {"speckle_floor", "misfit"}, {"relative_epsilon", "misfit"}, {"speckle_most", ""}, {"huber_delta", ""},
-    {"distortion", ""}, {"final_distortion", ""}, {"prune_exposure", ""}, {"brightness_decay", ""}, {"final_brightness_decay", ""}, {"smooth_density", ""}, {"smooth_source", ""},
-    {"smooth_angular", ""}};
+    {"distortion", ""}, {"final_distortion", ""}, {"prune_exposure", ""}, {"smooth_density", ""}, {"smooth_source", ""},
+    {"smooth_angular", ""}, {"brightness_decay", ""}, {"final_brightness_decay", ""}};
 
 /// With --time: a step with halved voxels takes about four times as long.
 constexpr int kClockStepsLeft = 300;
