@@ -87,7 +87,7 @@ void add_options(CommandLine& command, Options& o) {
   command.refuse_replaced("--smoothness", "its rule was dropped, leave it out");
   command.then([&] { refuse_two_ends(command); });
   command.add("--steps", o.steps, whole("N", 1, 1'000'000'000).or_word("auto", 0),
-              "Steps of the optimiser; auto: 1000, and 600 where images show a ground; surface: 800, with 100 images or more 1000");
+              "Steps of the optimiser; auto: 1000, and 600 where images show a ground; surface: 1000, with 100 images or more 1250");
   command.add("--time", o.time_s, seconds(),
               "Instead of --steps: 90, 90s, 2m or 1h from the program's start, loading included");
   command.read_later({"--steps"});
@@ -199,6 +199,7 @@ constexpr Limits kLimits[] = {
     {"albedo_bins", 1e-2, 1e6},
     {"initial_softness_bins", 1e-6, 1e3},
     {"final_softness_bins", 1e-6, 1e3},
+    {"shape_until", 1e-3, 1},
     {"anneal_until", 1e-3, 1},
     {"redistance_steps", 1, 1e9},
     {"refresh_steps", 1, 1e9},

@@ -283,7 +283,7 @@ void scatter(const BrickView<float>& any_grid, std::span<const glm::vec3> points
 }
 
 /// Calls f.operator()<kChannels>() with the number of channels if it is one of the usual ones (one or two
-/// extinctions with 1, 4 or 9 harmonics, or an extinction alone), else with 0.
+/// extinctions with 1, 4 or 9 harmonics, an extinction or 9 harmonics alone), else with 0.
 template <class F>
 void with_channels(int n_channels, F&& f) {
   switch (n_channels) {
@@ -297,6 +297,8 @@ void with_channels(int n_channels, F&& f) {
       return f.template operator()<5>();
     case 6:
       return f.template operator()<6>();
+    case 9:
+      return f.template operator()<9>();
     case 10:
       return f.template operator()<10>();
     case 11:

@@ -105,8 +105,9 @@ TEST_CASE("a training of a surface goes on from a checkpoint bit by bit") {
   constexpr int kSteps = 18;
   Trainer whole(set, options);
   train(whole, 0, kSteps, kSteps);
-  // Before the first step, and before and after a redistancing, an update of the occupied space and a halving (at step 8).
-  for (const int cut : {0, 3, 5, 9, 14}) {
+  // Before the first step, and before and after a redistancing, an update of the occupied space, a halving (at step 6) and the
+  // start of the directional brightness (at step 15).
+  for (const int cut : {0, 3, 5, 9, 14, 15, 16}) {
     Trainer first(set, options), second(set, options);
     train(first, 0, cut, kSteps);
     const Archive saved = first.checkpoint();

@@ -96,8 +96,27 @@ TEST_CASE("which loss it is follows from the images") {
   CHECK(loss_text(dark, default_options(dark, "grid")) == "mean square error of power over the peak's square (paper, eq. 31)");
   options = default_options(ground, "grid");
   CHECK(loss_text(ground, options).find("mean of (error of power / s)^2 with s^2 = (0.85") == 0);
+  CHECK(loss_text(ground, default_options(ground, "surface")).find("(linear beyond 3 s)") != std::string::npos);
   CHECK(loss_text(speckled_ground(kGroundResolution), options).find("mean of (error of power / s)^2") == 0);
   CHECK(loss_text(speckled_ground(kGroundResolution), options).find("seen through the impulse response") != std::string::npos);
+}
+
+TEST_CASE("beyond its bound an error counts linearly, and the gradient is that of the value") {
+  PixelLoss loss{0.0, 2.0};
+  loss.bound = 3.0;
+  const PixelLoss squares{0.0, 2.0};
+  for (const double first : {0.0, 5.0, 11.0, 90.0})
+    for (const double second : {0.0, 1.0, 30.0})
+      for (const double image : {0.0, 9.0, 40.0}) {
+        const PixelLoss::Term term = loss.of(first, second, image);
+        constexpr double kStep = 1e-5;
+        CHECK(term.by_first == Approx((loss.of(first + kStep, second, image).value - loss.of(first - kStep, second, image).value) / (2.0 * kStep)).margin(1e-9));
+        CHECK(term.by_second == Approx((loss.of(first, second + kStep, image).value - loss.of(first, second - kStep, image).value) / (2.0 * kStep)).margin(1e-9));
+        CHECK(std::abs(term.by_first) <= 1.5);
+        if (std::abs(first - image) < 6.0 && std::abs(second - image) < 6.0) CHECK(term.value == squares.of(first, second, image).value);
+      }
+  // Huber's function where both renderings are one.
+  CHECK(loss.of(1.0, 1.0, 21.0).value == Approx(2.0 * 3.0 * 10.0 - 9.0));
 }
 
 TEST_CASE("errors of roots have the gradient of their product") {

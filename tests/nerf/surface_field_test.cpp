@@ -125,6 +125,43 @@ TEST_CASE("gradients of a surface are those of central differences, from 1 to 1e
   }
 }
 
+TEST_CASE("gradients of the directional brightness are those of central differences, and the shape gets none") {
+  SurfaceField field = sphere_field(30.0);
+  const std::vector<RowRequest> rows = some_rows();
+  const torch::Tensor before = field.render_rows(rows, fine_sampling(field)).detach();
+  field.start_directional();
+  CHECK(field.parameters().size() == 1);
+  CHECK(torch::equal(field.render_rows(rows, fine_sampling(field)), before));
+  {
+    const torch::NoGradGuard no_gradients;
+    field.directional.normal_(0.0, 0.2);
+  }
+  const torch::Tensor pixels = field.render_rows(rows, fine_sampling(field));
+  const torch::Tensor weight = torch::sin(torch::arange(pixels.numel()) * 0.7) + 1.2;
+  (pixels * weight).sum().backward();
+  CHECK_FALSE(field.distance.grad().defined());
+  CHECK_FALSE(field.log_albedo.grad().defined());
+  CHECK_FALSE(field.exponent.grad().defined());
+  const auto value = [&] {
+    const torch::NoGradGuard no_gradients;
+    return (field.render_rows(rows, fine_sampling(field)).to(torch::kDouble) * weight).sum().item<double>();
+  };
+  for (int harmonic = 0; harmonic < 9; ++harmonic) {
+    constexpr double kStep = 1e-2;
+    torch::Tensor of = field.directional.data().select(1, harmonic);
+    const double expected = [&] {
+      of.add_(kStep);
+      const double up = value();
+      of.sub_(2.0 * kStep);
+      const double down = value();
+      of.add_(kStep);
+      return (up - down) / (2.0 * kStep);
+    }();
+    INFO("harmonic " << harmonic);
+    CHECK(field.directional.grad().select(1, harmonic).sum().item<double>() == Approx(expected).epsilon(2e-3).margin(1e-3));
+  }
+}
+
 TEST_CASE("a sphere returns the power of its disc") {
   // Brightness cos, integrated over the disc that the sphere covers: 2 pi R² / 3 of solid angle times range squared.
   SurfaceField field = sphere_field(400.0);
@@ -160,10 +197,13 @@ TEST_CASE("a surface survives extreme sharpness, plates of a voxel and empty spa
 
 TEST_CASE("a surface is restored bit by bit, and a damaged one is refused") {
   SurfaceField field = sphere_field(20.0);
+  const bool directional = GENERATE(false, true);
+  if (directional) field.start_directional();
   {
     const torch::NoGradGuard no_gradients;
     field.log_albedo.normal_();
     field.exponent.fill_(0.7);
+    field.directional.normal_();
   }
   const Archive archive = field.state();
   const auto restored = restore_field(archive, "here");
@@ -181,5 +221,9 @@ TEST_CASE("a surface is restored bit by bit, and a damaged one is refused") {
   damaged.tensors["distance"][5] = std::numeric_limits<float>::quiet_NaN();
   CHECK_THROWS_AS(restore_field(damaged, "here"), CheckpointError);
   damaged.tensors["distance"] = torch::zeros({3});
+  CHECK_THROWS_AS(restore_field(damaged, "here"), CheckpointError);
+  if (!directional) return;
+  damaged = archive;
+  damaged.tensors["directional"] = torch::zeros({3, 9});
   CHECK_THROWS_AS(restore_field(damaged, "here"), CheckpointError);
 }

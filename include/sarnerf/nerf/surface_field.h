@@ -19,10 +19,13 @@ namespace sarnerf {
 struct SurfaceOptions {
   double voxel_size_m = 0.15;
   int n_levels = 2;                ///< initial voxels are 2^(n_levels − 1) times as large, and are halved during the training
-  double refined_by = 0.4;         ///< progress of the last halving; earlier ones are at equal intervals before
+  /// Progress of the training at which the shape is complete. Then its distance, albedo and exponent stay as they are, and the
+  /// rest of the training is that of the directional brightness. `refined_by` and `anneal_until` are fractions of the shape's part.
+  double shape_until = 0.8;
+  double refined_by = 0.4;         ///< the last halving; earlier ones are at equal intervals before
   double albedo_bins = 1.0;        ///< voxels of the albedo
   double initial_softness_bins = 1.0, final_softness_bins = 0.1;  ///< 1 / s
-  double anneal_until = 0.8;       ///< progress at which the softness is the final one
+  double anneal_until = 0.8;       ///< where the softness becomes the final one
   double step_bins = 0.25;         ///< largest step of the distance
   /// a of the gradient's filter (1 − a ∂²)⁻¹, which is applied twice, at the start and with the final softness
   double smoothing_bins2 = 3.0, final_smoothing_bins2 = 0.3;
@@ -32,7 +35,7 @@ struct SurfaceOptions {
   int redistance_steps = 25;       ///< steps between two redistancings
   int refresh_steps = 5;           ///< steps between two updates of the occupied space
   int reached_steps = 50;          ///< voxels that no ray has reached for so many steps keep their distance
-  double albedo_rate = 0.05, exponent_rate = 0.02;
+  double albedo_rate = 0.05, exponent_rate = 0.02, directional_rate = 0.02;
 };
 
 /// The field `surface`: an opaque body bounded by the level 0 of a signed distance f (m, negative inside), and the brightness of
@@ -40,9 +43,12 @@ struct SurfaceOptions {
 ///
 ///     two-way extinction  2 κ = s Ψ(−s f)            Ψ: Laplace's distribution function, s the sharpness (VolSDF,
 ///                                                    Yariv et al. 2021)
-///     brightness          γ = e^a cos^p              cos: what f falls by along the ray, per metre
+///     brightness          γ = e^(a + b) cos^p        cos: what f falls by along the ray, per metre
+///                         b(d) = Σ_lm D_lm Y_lm(d)   d: the ray's direction; l ≤ 2; 0 until start_directional()
 ///
-/// f is interpolated trilinearly on a sparse grid; the log albedo a on a coarse grid; the exponent p is one number. A segment
+/// f is interpolated trilinearly on a sparse grid; the log albedo a and the coefficients D_lm on a coarse grid; the exponent p is
+/// one number. b corrects what e^a cos^p cannot show: edges that the lattice rounds off are too bright where they face the
+/// radar, and albedos differ on scales below a voxel of the albedo. It belongs to the views, not to the body: volumes do not have it. A segment
 /// has the depth of a distance that changes linearly between its ends, in closed form (mpa/surface_density.h). cos is the cosine
 /// of the incidence, since the gradient of a distance has length 1: no normals are computed. Where cos falls below 0.01, γ falls
 /// linearly to 0.
@@ -61,14 +67,19 @@ class SurfaceField : public LearnedField {
   std::string_view kind() const override { return "surface"; }
   torch::Tensor render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const override;
   void render_rows(std::span<const RowRequest> rows, const RaySampling& sampling, std::span<float> pixels) const override;
-  std::vector<torch::Tensor> parameters() const override { return {distance, log_albedo, exponent}; }
+  /// Those that are learned at present: f, a and p, or D alone.
+  std::vector<torch::Tensor> parameters() const override;
   Box occupied_box_m() const override;
   double voxel_size_m() const override { return transform_.voxel_size_m; }
   std::string size_text() const override;
   Archive state() const override;
 
-  /// Parameters, float32, requiring gradients: f (m) [n_voxels], a [n_albedo_voxels], p [1].
-  torch::Tensor distance, log_albedo, exponent;
+  /// Parameters, float32, requiring gradients: f (m) [n_voxels], a [n_albedo_voxels], p [1], D [n_albedo_voxels, 9] or [0, 9].
+  torch::Tensor distance, log_albedo, exponent, directional;
+
+  /// Fixes f, a and p: from now on they get no gradients, and D does, which is 0 at first.
+  void start_directional();
+  bool has_directional() const { return directional.numel() > 0; }
 
   /// s (1/m). Space so far outside of the surface that less than 0.005 of two-way depth (at normal incidence) lies beyond is left
   /// out.

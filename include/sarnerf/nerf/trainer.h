@@ -33,6 +33,8 @@ struct TrainerOptions {
   /// Over a level ground, clean or speckled: what part of a pixel's power, and of the ground's mean, the field is expected to
   /// miss (standard deviation). Speckle comes on top (E8). 0: squares of power, as without a ground.
   double misfit = 0.1;
+  /// Over a level ground: standard deviations beyond which an error counts linearly (Huber 1964); 0: none.
+  double error_bound = 0.0;
   /// How often views' shifts and gains are learned, in the first three fifths of the training; 0 where poses are exact.
   int n_registrations = 0;
   std::uint64_t seed = 1;
@@ -45,8 +47,8 @@ enum class Schedule { steps, clock };
 /// are seen (36 or more images without a background whose incidences differ by more than 5°), else 1.
 TrainerOptions default_options(const TrainingSet& set, const std::string& field, Schedule schedule = Schedule::steps);
 
-/// Steps after which more of them bring little: 1000, and 600 over a ground, where a step takes longer; for the field `surface` 800,
-/// and 1000 with 100 images or more.
+/// Steps after which more of them bring little: 1000, and 600 over a ground, where a step takes longer; for the field `surface` 1000,
+/// and 1250 with 100 images or more.
 std::int64_t default_steps(const TrainingSet& set, const std::string& field);
 
 /// One JSON object with the options that concern the field in use, and its inverse. Throws UsageError for unknown keys

@@ -161,6 +161,7 @@ Archive SurfaceField::state() const {
   archive.tensors["distance"] = distance.detach().clone();
   archive.tensors["log_albedo"] = log_albedo.detach().clone();
   archive.tensors["exponent"] = exponent.detach().clone();
+  if (has_directional()) archive.tensors["directional"] = directional.detach().clone();
   if (ground) add_ground(archive, *ground);
   if (resolution) add_resolution(archive, *resolution);
   add_text(archive, "field",
@@ -188,7 +189,7 @@ SurfaceField restore_surface_field(const Archive& archive, const std::string& wh
   require(band_m > transform.voxel_size_m, "its band is narrower than a voxel");
   SurfaceField field(transform, voxels_of(archive, where).topology, length("albedo_voxel_m"), band_m);
   const auto take = [&](const char* name, torch::Tensor& to) {
-    const torch::Tensor from = archive.tensor(name, torch::kFloat, 1, where);
+    const torch::Tensor from = archive.tensor(name, torch::kFloat, to.dim(), where);
     require(from.sizes() == to.sizes(), "the numbers of voxels and of their parameters differ");
     require(from.isfinite().all().item<bool>(), "parameters are not finite");
     to.data().copy_(from);
@@ -196,6 +197,10 @@ SurfaceField restore_surface_field(const Archive& archive, const std::string& wh
   take("distance", field.distance);
   take("log_albedo", field.log_albedo);
   take("exponent", field.exponent);
+  if (archive.tensors.contains("directional")) {
+    field.start_directional();
+    take("directional", field.directional);
+  }
   field.set_sharpness(length("sharpness_per_m"));
   field.refresh();
   field.ground = ground_of(archive, where);

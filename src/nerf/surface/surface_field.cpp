@@ -22,6 +22,10 @@ namespace {
 /// −ln of twice the depth that is left out in front of the surface at normal incidence: 0.005.
 constexpr double kBandSharpnesses = 4.6;
 
+/// Of the directional brightness.
+constexpr int kDegree = 2;
+constexpr std::size_t kHarmonics = n_harmonics(kDegree);
+
 /// Two-way depth per voxel of the cache at most: rays end three voxels inside the surface, also where the distance between two
 /// voxels is far larger than 1 / s, and the cache cannot locate the surface.
 constexpr double kMostCachedDepth = 2.0;
@@ -54,7 +58,17 @@ SurfaceField::SurfaceField(const GridTransform& transform, BrickTopology topolog
   distance = torch::full({static_cast<std::int64_t>(n_voxels())}, static_cast<float>(most_band_m)).set_requires_grad(true);
   log_albedo = torch::zeros({n_albedo}).set_requires_grad(true);
   exponent = torch::ones({1}).set_requires_grad(true);
+  directional = torch::zeros({0, kHarmonics}).set_requires_grad(true);
   refresh();
+}
+
+std::vector<torch::Tensor> SurfaceField::parameters() const {
+  if (has_directional()) return {directional};
+  return {distance, log_albedo, exponent};
+}
+
+void SurfaceField::start_directional() {
+  directional = torch::zeros({log_albedo.numel(), kHarmonics}).set_requires_grad(true);
 }
 
 double SurfaceField::band_m(double sharpness_per_m) { return kBandSharpnesses / sharpness_per_m; }
@@ -155,6 +169,7 @@ struct Pass : torch::CustomClassHolder {
   Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const SurfaceField& of);
 
   void sample(std::size_t part);
+  void scatter_directional(std::size_t part, std::span<const float> d_brightness);
   void scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness);
 
   /// Rays [first, end) of the batch are one thread's.
@@ -169,7 +184,7 @@ struct Pass : torch::CustomClassHolder {
   std::vector<float> distance_m;                  ///< f at the ends
   std::vector<float> extinction_per_m, albedo, brightness;
   struct Gradients {
-    std::vector<float> distance, log_albedo;
+    std::vector<float> distance, log_albedo, directional;
     double exponent = 0.0;
   };
   std::vector<Gradients> gradients;  ///< of the parts
@@ -235,13 +250,27 @@ BrickView<const float> albedo_of(const SurfaceField& field) {
   return {&field.albedo_topology(), field.albedo_transform(), 1, numbers(field.log_albedo)};
 }
 
+BrickView<const float> directional_of(const SurfaceField& field) {
+  return {&field.albedo_topology(), field.albedo_transform(), kHarmonics, numbers(field.directional)};
+}
+
 void Pass::sample(std::size_t part) {
   const std::size_t first = first_end[part], n_ends = first_end[part + 1] - first;
   TrilinearSampler(view_of(field, numbers(field.distance)))
       .sample(std::span(end_m).subspan(first, n_ends), std::span(distance_m).subspan(first, n_ends));
   const std::size_t begin = segments.ray_begin()[first_ray[part]], end = segments.ray_begin()[first_ray[part + 1]];
   const auto of_part = std::span(albedo).subspan(begin, end - begin);
-  TrilinearSampler(albedo_of(field)).sample(segments.point_m().subspan(begin, end - begin), of_part);
+  const auto points_m = segments.point_m().subspan(begin, end - begin);
+  TrilinearSampler(albedo_of(field)).sample(points_m, of_part);
+  if (field.has_directional()) {
+    std::vector<float> coefficients(points_m.size() * kHarmonics);
+    TrilinearSampler(directional_of(field)).sample(points_m, coefficients);
+    for (std::size_t q = first_ray[part]; q < first_ray[part + 1]; ++q) {
+      const auto y = spherical_harmonics(segments.ray_direction()[q], kDegree);
+      for (std::size_t s = segments.ray_begin()[q]; s < segments.ray_begin()[q + 1]; ++s)
+        for (std::size_t k = 0; k < kHarmonics; ++k) albedo[s] += y[k] * coefficients[(s - begin) * kHarmonics + k];
+    }
+  }
   const auto exponent = double{field.exponent.data_ptr<float>()[0]};
   for (std::size_t s = begin; s < end; ++s) {
     const double length = double{length_m[s]};
@@ -251,6 +280,20 @@ void Pass::sample(std::size_t part) {
     albedo[s] = std::exp(albedo[s]);
     brightness[s] = static_cast<float>(double{albedo[s]} * at.cos_to_p);
   }
+}
+
+void Pass::scatter_directional(std::size_t part, std::span<const float> d_brightness) {
+  const std::size_t begin = segments.ray_begin()[first_ray[part]], end = segments.ray_begin()[first_ray[part + 1]];
+  std::vector<float> d_coefficients((end - begin) * kHarmonics);
+  for (std::size_t q = first_ray[part]; q < first_ray[part + 1]; ++q) {
+    const auto y = spherical_harmonics(segments.ray_direction()[q], kDegree);
+    for (std::size_t s = segments.ray_begin()[q]; s < segments.ray_begin()[q + 1]; ++s)
+      for (std::size_t k = 0; k < kHarmonics; ++k) d_coefficients[(s - begin) * kHarmonics + k] = d_brightness[s] * brightness[s] * y[k];
+  }
+  std::vector<float>& sum = gradients[part].directional;
+  sum.assign(static_cast<std::size_t>(field.directional.numel()), 0.0f);
+  scatter_trilinear({&field.albedo_topology(), field.albedo_transform(), kHarmonics, sum},
+                    segments.point_m().subspan(begin, end - begin), d_coefficients);
 }
 
 void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness) {
@@ -282,7 +325,7 @@ void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::s
 /// The pass as an autograd function of LibTorch.
 struct RenderSurface : torch::autograd::Function<RenderSurface> {
   static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor&,
-                                                const torch::Tensor&, const torch::Tensor&,
+                                                const torch::Tensor&, const torch::Tensor&, const torch::Tensor&,
                                                 const c10::intrusive_ptr<Pass>& pass) {
     context->saved_data["pass"] = torch::IValue::make_capsule(pass);
     torch::Tensor pixels = torch::empty({static_cast<std::int64_t>(pass->segments.n_pixels())}, torch::kFloat);
@@ -297,9 +340,15 @@ struct RenderSurface : torch::autograd::Function<RenderSurface> {
     std::vector<float> d_extinction(pass->segments.n_segments()), d_brightness(d_extinction.size());
     pass->segments.adjoint(numbers(gradients[0].contiguous()), Integrator::exact, d_extinction, d_brightness);
     pass->gradients.resize(pass->n_parts());
-    parallel_for(pass->n_parts(), 1, [&](std::size_t part, std::size_t, int) { pass->scatter(part, d_extinction, d_brightness); });
-    torch::Tensor d_distance = torch::empty_like(field.distance), d_albedo = torch::empty_like(field.log_albedo);
-    const auto sum = [&](torch::Tensor& to, auto member) {
+    const bool directional = field.has_directional();
+    parallel_for(pass->n_parts(), 1, [&](std::size_t part, std::size_t, int) {
+      if (directional)
+        pass->scatter_directional(part, d_brightness);
+      else
+        pass->scatter(part, d_extinction, d_brightness);
+    });
+    const auto sum = [&](const torch::Tensor& of, auto member) {
+      torch::Tensor to = torch::empty_like(of);
       float* const out = to.data_ptr<float>();
       parallel_for(static_cast<std::size_t>(to.numel()), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end, int) {
         for (std::size_t v = begin; v < end; ++v) {
@@ -307,19 +356,20 @@ struct RenderSurface : torch::autograd::Function<RenderSurface> {
           for (const Pass::Gradients& g : pass->gradients) out[v] += (g.*member)[v];
         }
       });
+      return to;
     };
-    sum(d_distance, &Pass::Gradients::distance);
-    sum(d_albedo, &Pass::Gradients::log_albedo);
+    if (directional) return {{}, {}, {}, sum(field.directional, &Pass::Gradients::directional), {}};
     double d_exponent = 0.0;
     for (const Pass::Gradients& g : pass->gradients) d_exponent += g.exponent;
-    return {d_distance, d_albedo, torch::full({1}, d_exponent, torch::kFloat), {}};
+    return {sum(field.distance, &Pass::Gradients::distance), sum(field.log_albedo, &Pass::Gradients::log_albedo),
+            torch::full({1}, d_exponent, torch::kFloat), {}, {}};
   }
 };
 
 }  // namespace
 
 torch::Tensor SurfaceField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const {
-  return RenderSurface::apply(distance, log_albedo, exponent, c10::make_intrusive<Pass>(rows, sampling, *this)).front();
+  return RenderSurface::apply(distance, log_albedo, exponent, directional, c10::make_intrusive<Pass>(rows, sampling, *this)).front();
 }
 
 void SurfaceField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling, std::span<float> pixels) const {

@@ -22,7 +22,11 @@ PixelLoss::Term PixelLoss::of(double first, double second, double image) const {
     return {(a - seen) * (b - seen) / absolute, (b - seen) / (2.0 * a * absolute), (a - seen) / (2.0 * b * absolute)};
   }
   const double d = denominator(0.5 * (first + second)), e = (first - image) / d, other = (second - image) / d;
-  return {e * other, other / d, e / d};
+  if (std::abs(e) <= bound && std::abs(other) <= bound) return {e * other, other / d, e / d};
+  const double near = std::clamp(e, -bound, bound), near_other = std::clamp(other, -bound, bound);
+  const double beyond = std::abs(e - near), beyond_other = std::abs(other - near_other);
+  return {near * near_other + bound * (beyond + beyond_other), (beyond > 0.0 ? near : near_other) / d,
+          (beyond_other > 0.0 ? near_other : near) / d};
 }
 
 /// Power whose root counts as none, over the peak.
@@ -31,7 +35,9 @@ constexpr double kRoot = 0.01;
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options) {
   if (!set.ground || !(options.misfit > 0.0)) return {0.0, double{set.peak}, options.field == "surface" ? kRoot : 0.0};
   const double speckle = set.ground->speckled ? 1.0 / *set.ground->looks : 0.0;
-  return {std::sqrt(speckle + options.misfit * options.misfit), options.misfit * set.ground->plane->mean_power()};
+  PixelLoss loss{std::sqrt(speckle + options.misfit * options.misfit), options.misfit * set.ground->plane->mean_power()};
+  if (options.error_bound > 0.0) loss.bound = options.error_bound;
+  return loss;
 }
 
 namespace {
@@ -46,8 +52,9 @@ std::string loss_text(const TrainingSet& set, const TrainerOptions& options) {
   const std::string through = is_through_response(set) ? ", seen through the impulse response" : "";
   if (pixel.root > 0.0) return format("mean square error of the root of power (+ %g of the peak)", pixel.root) + through;
   if (pixel.relative == 0.0) return "mean square error of power over the peak's square (paper, eq. 31)" + through;
-  return format("mean of (error of power / s)^2 with s^2 = (%.3g of the power)^2 + (%.3g of the ground's mean)^2",
-                pixel.relative, options.misfit) + through;
+  const std::string bound = options.error_bound > 0.0 ? format(" (linear beyond %.3g s)", options.error_bound) : "";
+  return format("mean of (error of power / s)^2%s with s^2 = (%.3g of the power)^2 + (%.3g of the ground's mean)^2",
+                bound.c_str(), pixel.relative, options.misfit) + through;
 }
 
 namespace {

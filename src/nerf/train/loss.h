@@ -35,10 +35,15 @@ namespace sarnerf {
 /// al. 2022). With `root` > 0, errors are those of roots, and d is constant:
 ///
 ///     e = [√(μ + ε) − √(I + ε)] / √absolute,        ε = root · absolute
+///
+/// With a `bound` b (Huber 1964), a pixel's part of the loss grows linearly beyond: with n(e) = clamp(e, −b, b),
+///
+///     n(e) n(e') + b (|e − n(e)| + |e' − n(e')|)
 struct PixelLoss {
   double relative = 0.0;  ///< standard deviation of an error, as a fraction of μ
   double absolute = 1.0;  ///< the same where nothing is rendered, a power
   double root = 0.0;      ///< ε over `absolute`; 0: errors of power
+  double bound = std::numeric_limits<double>::infinity();  ///< of errors of power, standard deviations
 
   double denominator(double rendered) const {
     const double part = relative * std::max(0.0, rendered);
@@ -59,7 +64,8 @@ struct PixelLoss {
 /// The first term is the variance of speckle. The second is that of the field itself: it cannot follow every pixel of a scene,
 /// bright or dark. Without a ground, or with m = 0, squares of power in units of the peak; for the field `surface`, of the root of
 /// power: a surface that is a little wrong moves power between pixels, in proportion to its amount, so that variances, not
-/// deviations, are proportional to power.
+/// deviations, are proportional to power. Over a ground, errors of `surface` are bounded by the option `error_bound`: a body's
+/// flashes are up to a thousand times as bright as the ground, and would else outweigh its shadow.
 PixelLoss pixel_loss(const TrainingSet& set, const TrainerOptions& options);
 
 /// Azimuth rows of several views, their pixels one behind the other.

@@ -64,7 +64,7 @@ class FlooredAdam {
   }
   void restore(const Archive& archive, const std::string& name, const std::string& where) {
     for (auto& [key, to] : {std::pair("adam_mean_" + name, &mean_), std::pair("adam_square_" + name, &square_)}) {
-      const torch::Tensor t = archive.tensor(key, torch::kFloat, 1, where);
+      const torch::Tensor t = archive.tensor(key, torch::kFloat, to->dim(), where);
       if (t.sizes() != to->sizes())
         throw CheckpointError(where + ": the field and its optimiser do not belong together; the file is damaged");
       *to = t.clone();
@@ -104,7 +104,7 @@ class SurfaceLearner : public FieldLearner {
   double bin_m_;
   SurfaceField field_;
   BrickLines lines_, albedo_lines_;
-  FlooredAdam adam_distance_, adam_albedo_, adam_exponent_;
+  FlooredAdam adam_distance_, adam_albedo_, adam_exponent_, adam_directional_;
   int level_ = 0;             ///< halvings so far
   torch::Tensor least_m_;     ///< [n_voxels] the distance from the hull, less what the surface may lie outside of it
   torch::Tensor last_reach_;  ///< [n_voxels] number of the last step in which a ray's gradient reached the voxel; −1: none
@@ -145,7 +145,7 @@ SurfaceField empty_field(const TrainingSet& set, const CarvedVoxels& hull, const
 
 SurfaceLearner::SurfaceLearner(const TrainingSet& set, const SurfaceOptions& options, const CarvedVoxels& hull)
     : options_(options), bin_m_(set.finest_bin_m()), field_(empty_field(set, hull, options, bin_m_)), lines_(field_.topology()),
-      albedo_lines_(field_.albedo_topology()), adam_distance_(field_.distance), adam_albedo_(field_.log_albedo), adam_exponent_(field_.exponent),
+      albedo_lines_(field_.albedo_topology()), adam_distance_(field_.distance), adam_albedo_(field_.log_albedo), adam_exponent_(field_.exponent), adam_directional_(field_.directional),
       last_reach_(torch::full({field_.distance.numel()}, -1, torch::kLong)) {
   start_from(hull);
   least_m_ = field_.distance.detach() - options_.beyond_hull_bins * bin_m_;
@@ -246,7 +246,8 @@ void SurfaceLearner::match_albedo(const TrainingSet& set) {
 }
 
 bool SurfaceLearner::adapt(double progress, std::int64_t) {
-  const double part = std::min(1.0, progress / options_.anneal_until);
+  if (field_.has_directional()) return false;
+  const double of_shape = progress / options_.shape_until, part = std::min(1.0, of_shape / options_.anneal_until);
   const auto between = [&](double first, double last) { return first * std::pow(last / first, part); };
   const double softness_bins = between(options_.initial_softness_bins, options_.final_softness_bins);
   smoothing_bins2_ = between(options_.smoothing_bins2, options_.final_smoothing_bins2);
@@ -258,11 +259,16 @@ bool SurfaceLearner::adapt(double progress, std::int64_t) {
     field_.distance.copy_(torch::maximum(field_.distance, least_m_));
   }
   const Box before = field_.occupied_box_m();
-  if (level_ + 1 < options_.n_levels && progress >= options_.refined_by * (level_ + 1) / (options_.n_levels - 1)) {
+  if (level_ + 1 < options_.n_levels && of_shape >= options_.refined_by * (level_ + 1) / (options_.n_levels - 1)) {
     refine();
     return true;
   }
-  if (steps_ % options_.refresh_steps != 0) return false;
+  const bool is_complete = of_shape >= 1.0;
+  if (is_complete) {
+    field_.start_directional();
+    adam_directional_ = FlooredAdam(field_.directional);
+  }
+  if (!is_complete && steps_ % options_.refresh_steps != 0) return false;
   field_.refresh();
   const Box after = field_.occupied_box_m();
   return before.min != after.min || before.max != after.max;
@@ -281,7 +287,7 @@ void SurfaceLearner::move_surface(double rate) {
     if (gradient[v] != 0.0f) last_reach[v] = steps_;
   blur(lines_, smoothing_bins2_, field_.voxel_size_m(), gradient);
   const double step_m = rate * options_.step_bins * bin_m_;
-  adam_distance_.step(gradient, steps_ + 1, step_m, options_.least_moment, [&](std::size_t v, float by) {
+  adam_distance_.step(gradient, steps_, step_m, options_.least_moment, [&](std::size_t v, float by) {
     if (last_reach[v] >= 0 && steps_ - last_reach[v] <= options_.reached_steps) f[v] = std::max(f[v] + by, least_m[v]);
   });
 }
@@ -293,16 +299,17 @@ void SurfaceLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& 
   for (torch::Tensor& parameter : field_.parameters()) parameter.mutable_grad() = torch::Tensor();
   torch::autograd::backward({pixels}, {gradient});
   const torch::NoGradGuard no_grad;
-  move_surface(rate);
   const auto follow = [&](torch::Tensor& of, FlooredAdam& adam, double step) {
     const auto value = numbers(of);
-    adam.step(numbers(of.grad()), steps_ + 1, step, options_.least_moment, [&](std::size_t n, float by) { value[n] += by; });
+    adam.step(numbers(of.grad()), steps_, step, options_.least_moment, [&](std::size_t n, float by) { value[n] += by; });
   };
+  ++steps_;
+  if (field_.has_directional()) return follow(field_.directional, adam_directional_, rate * options_.directional_rate);
+  move_surface(rate);
   blur(albedo_lines_, albedo_smoothing_bins2_, field_.albedo_transform().voxel_size_m, numbers(field_.log_albedo.grad()));
   follow(field_.log_albedo, adam_albedo_, rate * options_.albedo_rate);
   follow(field_.exponent, adam_exponent_, rate * options_.exponent_rate);
   field_.exponent.clamp_(0.0, kMostExponent);
-  ++steps_;
 }
 
 Archive SurfaceLearner::state() const {
@@ -310,6 +317,7 @@ Archive SurfaceLearner::state() const {
   adam_distance_.save(archive, "distance");
   adam_albedo_.save(archive, "albedo");
   adam_exponent_.save(archive, "exponent");
+  if (field_.has_directional()) adam_directional_.save(archive, "directional");
   archive.tensors["least_distance"] = least_m_.clone();
   archive.tensors["extinction"] = torch::tensor(field_.cache().extinction_per_m());
   archive.tensors["last_reach"] = last_reach_.clone();
@@ -326,6 +334,8 @@ void SurfaceLearner::restore(const Archive& archive, const std::string& where) {
   adam_distance_.restore(archive, "distance", where);
   adam_albedo_.restore(archive, "albedo", where);
   adam_exponent_.restore(archive, "exponent", where);
+  adam_directional_ = FlooredAdam(field_.directional);
+  if (field_.has_directional()) adam_directional_.restore(archive, "directional", where);
   const auto take = [&](const char* name, torch::ScalarType type, torch::Tensor& to) {
     const torch::Tensor t = archive.tensor(name, type, 1, where);
     if (t.sizes() != field_.distance.sizes()) throw CheckpointError(where + ": '" + name + "' is of another field; the file is damaged");

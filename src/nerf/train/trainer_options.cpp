@@ -52,6 +52,7 @@ template <class Options, class Visit>
 void for_each_surface_option(Options& o, Visit&& visit) {
   visit("voxel_size_m", o.voxel_size_m);
   visit("n_levels", o.n_levels);
+  visit("shape_until", o.shape_until);
   visit("refined_by", o.refined_by);
   visit("albedo_bins", o.albedo_bins);
   visit("initial_softness_bins", o.initial_softness_bins);
@@ -69,6 +70,7 @@ void for_each_surface_option(Options& o, Visit&& visit) {
   visit("reached_steps", o.reached_steps);
   visit("albedo_rate", o.albedo_rate);
   visit("exponent_rate", o.exponent_rate);
+  visit("directional_rate", o.directional_rate);
 }
 
 /// Calls visit(name, member) for every option that concerns the field.
@@ -89,6 +91,7 @@ void for_each_option(Options& o, Visit&& visit) {
   visit("end_depth", o.end_depth);
   visit("final_rate", o.final_rate);
   visit("misfit", o.misfit);
+  visit("error_bound", o.error_bound);
   visit("n_registrations", o.n_registrations);
   visit("seed", o.seed);
 }
@@ -144,7 +147,9 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   options.surface.voxel_size_m = 0.5 * bin_m;
   if (field == "surface") {
     options.renderings = 2;
-    options.final_rate = 0.16;
+    options.final_rate = 0.1;
+    options.misfit = 0.3;
+    options.error_bound = 3.0;
   }
   if (field == "mlp") {
     options.rows_per_step = 10;
@@ -156,7 +161,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
 }
 
 std::int64_t default_steps(const TrainingSet& set, const std::string& field) {
-  if (field == "surface") return set.images.size() < kManyImages ? 800 : 1000;
+  if (field == "surface") return set.images.size() < kManyImages ? 1000 : 1250;
   return set.ground ? 600 : 1000;
 }
 
