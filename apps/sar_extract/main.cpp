@@ -147,6 +147,7 @@ Json report_json(const Options& o, const Extraction& x, const std::optional<Scor
          {"harmonics_residual", x.harmonics_residual},
          {"components", x.n_components},
          {"unseen_components", x.n_unseen_components},
+         {"largest_component_m", {x.largest_component_m.x, x.largest_component_m.y, x.largest_component_m.z}},
          {"unseen_part", x.unseen_part},
          {"seconds",
           {{"field", x.seconds.field},

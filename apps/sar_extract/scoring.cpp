@@ -276,7 +276,9 @@ std::string closing_line(const Extraction& x, const std::optional<Scores>& score
   if (surface) {
     text += "; " + counted(x.n_components, "component");
     if (x.n_unseen_components > 0) text += format(", %zu of them removed, which no view sees", x.n_unseen_components);
-    text += format("; %.0f %% of it unseen", 100.0 * x.unseen_part);
+    const glm::dvec3& m = x.largest_component_m;
+    text += format("; the largest is %.3g x %.3g x %.3g m", m.x, m.y, m.z);
+    text += format("; %.0f %% of the surface unseen", 100.0 * x.unseen_part);
   }
   if (scores) text += format("; %.0f %% of the true surface seen", 100.0 * scores->extracted.visible_fraction);
   return text + "; memory " + bytes_text(peak_memory_bytes()) + "\n";

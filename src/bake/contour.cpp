@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <numeric>
 #include <utility>
 
 #include <openvdb/math/ConjGradient.h>
@@ -15,6 +14,7 @@
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tree/LeafManager.h>
 
+#include "components.h"
 #include "level_surface.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/surface_field.h"
@@ -187,26 +187,6 @@ std::vector<glm::dvec3> normals_of(const SurfaceMesh& mesh) {
   for (glm::dvec3& n : normals)
     if (const double length = glm::length(n); length > 0.0) n /= length;
   return normals;
-}
-
-/// Number of each vertex's component, in the order of their first vertices; their count last.
-std::vector<std::uint32_t> components_of(const SurfaceMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices_m.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (const glm::uvec3& t : mesh.triangles) {
-    const std::uint32_t a = root(t.x);
-    for (const std::uint32_t other : {t.y, t.z})
-      if (const std::uint32_t b = root(other); a != b) parent[std::max(a, b)] = std::min(a, b);
-  }
-  std::vector<std::uint32_t> number(parent.size() + 1);
-  std::uint32_t n = 0;
-  for (std::uint32_t v = 0; v < parent.size(); ++v) number[v] = root(v) == v ? n++ : number[root(v)];
-  number.back() = n;
-  return number;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "components.h"
 #include "contour.h"
 #include "level_surface.h"
 #include "learned_volume.h"
@@ -236,11 +237,15 @@ Extraction extract_surface(const Model& model, const Setup& setup, const Extract
   Contour surface = contour(*distance, views, options.monitor);
   if (options.unseen.value_or(floor_m ? Unseen::hull : Unseen::membrane) == Unseen::membrane) {
     distance = close_unseen(*distance, surface.mesh);
-    surface.mesh = contour(*distance, views, options.monitor).mesh;
+    Contour closed = contour(*distance, views, options.monitor);
+    closed.n_unseen += surface.n_unseen;
+    closed.n_components += surface.n_unseen;
+    surface = std::move(closed);
   }
   result.seconds.body = clock.lap();
   result.volume = surface_grids(*setup.surface, setup.lattice, distance, surface.mesh);
   result.mesh = std::move(surface.mesh);
+  result.largest_component_m = largest_component_m(result.mesh);
   result.n_components = surface.n_components;
   result.n_unseen_components = surface.n_unseen;
   const std::vector<std::uint8_t>& unseen = result.mesh.unseen;

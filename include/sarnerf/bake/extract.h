@@ -64,6 +64,9 @@ struct Extraction {
   bool bottom_was_given = false;
   double harmonics_residual = 0.0;      ///< of the field `mlp`: see docs/method/extraction.md
   std::size_t n_components = 0;         ///< of the field `surface`: closed surfaces as contoured
+  /// Of the field `surface`: length, width and height of the component with the largest area, from the 1st to the 99th percentile
+  /// of its area along its own horizontal axes and vertically.
+  glm::dvec3 largest_component_m{0.0};
   std::size_t n_unseen_components = 0;  ///< of them, those that no view sees, which were removed
   double unseen_part = 0.0;             ///< of the field `surface`: fraction of the mesh's vertices that no view sees
   double part_outside = 0.0;            ///< fraction of the occupied voxels' box, by volume, that the extent cuts off
