@@ -14,7 +14,6 @@
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tree/LeafManager.h>
 
-#include "components.h"
 #include "level_surface.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/nerf/surface_field.h"

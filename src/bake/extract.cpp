@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "components.h"
 #include "contour.h"
 #include "level_surface.h"
 #include "learned_volume.h"

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
+#include <glm/glm.hpp>
+
 #include "sarnerf/bake/extract.h"
 #include "sarnerf/bake/surface_mesh.h"
 #include "vdb/vdb_grids.h"
@@ -28,5 +33,13 @@ SurfaceMesh level_surface(const openvdb::FloatGrid& occupancy, double level = 0.
 /// without any full voxel are omitted; full ones are active tiles.
 openvdb::FloatGrid::Ptr carved_occupancy(std::span<const PosedImage> images, const CarvingLattice& lattice,
                                          std::optional<double> ground_height_m, const Monitor& monitor);
+
+/// Number of each vertex's component (vertices that triangles connect), in the order of their first vertices; their count last.
+std::vector<std::uint32_t> components_of(const SurfaceMesh& mesh);
+
+/// Length, width and height (m) of the component with the largest area: from the 1st to the 99th percentile of its area, along the
+/// principal axis of its area's horizontal distribution, across it, and vertically. 0 for a mesh without area. Percentiles leave
+/// out antennas, and single voxels at the border of what was learned. Cost: a sort of the triangles for each axis.
+glm::dvec3 largest_component_m(const SurfaceMesh& mesh);
 
 }  // namespace sarnerf

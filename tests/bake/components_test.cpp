@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "catch.h"
-#include "components.h"
+#include "level_surface.h"
 #include "solid_meshes.h"
 
 using namespace sarnerf;
