@@ -8,7 +8,7 @@ usage() {
 Usage: scripts/results.sh [--folder FOLDER] [--meshes FOLDER] [--chips FOLDER] [--insert] [STUDY...]
 Runs each study and keeps its Markdown as FOLDER/STUDY.md. A study whose file is there is not run again. With --insert, each
 table replaces the one between <!-- results STUDY --> and <!-- end --> in README.md and docs/results/*.md.
-Studies: accuracy solids ground learning pitch response speckle scenes chips depressions extraction surfaces surfaces_ground
+Studies: accuracy solids ground learning pitch response speckle scenes chips depressions chip_bodies extraction surfaces surfaces_ground
 trial; all without arguments.
   --folder FOLDER  (default build/results)
   --meshes FOLDER  meshes from outside: stanford-bunny.obj, Kenney's vehicle-truck-*.obj and building-small-*.obj; what
@@ -34,7 +34,7 @@ while [ $# -gt 0 ]; do
     *) studies="$studies $1"; shift ;;
   esac
 done
-studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions extraction surfaces surfaces_ground trial}
+studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions chip_bodies extraction surfaces surfaces_ground trial}
 export SARNERF_PROGRAMS="${SARNERF_PROGRAMS:-$root/build/release/apps}"
 bench=$SARNERF_PROGRAMS/sar_bench/sar_bench
 revision=$(git -C "$root" rev-parse --short HEAD)
@@ -103,6 +103,12 @@ study_chips() {
   "$root/scripts/chips_table.sh" --folder chips.data --import "--csv $chips/manifest.csv --amplitude-scale 4/65535" $targets
   command='scripts/chips_table.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01 ZSU_23_4_d08 BRDM_2_E-71 T72_A64'
 }
+study_chip_bodies() {
+  bodies() { "$root/scripts/chip_bodies.sh" --folder chip_bodies.data --import "--csv $chips/manifest.csv --amplitude-scale 4/65535" "$@"; }
+  bodies "$chips/2S1_b01" "$chips/BRDM_2_E-71" "$chips/ZSU_23_4_d08" "$chips/T72_A64"
+  bodies --depressions 15,17,30 "$chips/2S1_b01" | sed 1,2d
+  command='scripts/chip_bodies.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01 BRDM_2_E-71 ZSU_23_4_d08 T72_A64'
+}
 study_depressions() {
   "$root/scripts/depressions_table.sh" --folder depressions.data --import "--csv $chips/manifest.csv --amplitude-scale 4/65535" \
     "$chips/2S1_b01"
@@ -149,7 +155,7 @@ put() {
 
 for study in $studies; do
   case "$study" in
-    chips | depressions)
+    chips | depressions | chip_bodies)
       if [ -z "$chips" ]; then echo "results: $study is left out: no --chips" >&2; continue; fi ;;
   esac
   if [ ! -s "$study.md" ]; then
