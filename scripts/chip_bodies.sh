@@ -20,22 +20,12 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 every=5
 depressions=17
 folder=$root/build/chip_bodies
-options=
+import=
 chips=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --every) every=$2; shift 2 ;;
-    --depressions) depressions=$2; shift 2 ;;
-    --folder) folder=$2; shift 2 ;;
-    --import) options=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) chips="$chips $1"; shift ;;
-  esac
-done
+. "$root/scripts/report_values.sh"
+take_options "every depressions folder import" chips "$@"
 if [ -z "$chips" ]; then usage >&2; exit 2; fi
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
-. "$root/scripts/report_values.sh"
 mkdir -p "$folder"
 
 # largest REPORT: length, width and height of the largest component.
@@ -48,7 +38,7 @@ echo "|---|---|--:|--:|--:|--:|--:|--:|"
 for item in $chips; do
   data=$folder/$(basename "$item").$depressions
   # shellcheck disable=SC2086  # several options
-  "$programs/sar_import/sar_import" images "$item" $options --depression "$depressions" --every "$every" -q -o "$data" > /dev/null
+  "$programs/sar_import/sar_import" images "$item" $import --depression "$depressions" --every "$every" -q -o "$data" > /dev/null
   "$programs/sar_nerf_train/sar_nerf_train" "$data" --field surface --holdout 0 -o "$data.run" -q > /dev/null
   "$programs/sar_extract/sar_extract" "$data.run" "$data.vdb" --mesh "$data.ply" --preview "$data.png" --overwrite -q > /dev/null 2>&1
   report=$data.report.json

@@ -21,23 +21,13 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 every="5 10 15"
 depression=17
 folder=$root/build/chips_table
-options=
+import=
 chips=
 registered=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --every) every=$2; shift 2 ;;
-    --depression) depression=$2; shift 2 ;;
-    --folder) folder=$2; shift 2 ;;
-    --import) options=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) chips="$chips $1"; shift ;;
-  esac
-done
+. "$root/scripts/report_values.sh"
+take_options "every depression folder import" chips "$@"
 if [ -z "$chips" ]; then usage >&2; exit 2; fi
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
-. "$root/scripts/report_values.sh"
 mkdir -p "$folder"
 
 echo "| chips | every | $despeckled_head"
@@ -48,7 +38,7 @@ for item in $chips; do
   if [ -d "$item/$depression" ]; then source=$item/$depression; fi
   import() {
     # shellcheck disable=SC2086  # several options
-    "$programs/sar_import/sar_import" images "$source" $options -q "$@" > /dev/null
+    "$programs/sar_import/sar_import" images "$source" $import -q "$@" > /dev/null
   }
   import -o "$folder/$name.all"
   for step in $every; do

@@ -21,20 +21,11 @@ sets="396 36"
 field=surface
 folder=$root/build/extract_table
 scenes=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --sets) sets=$2; shift 2 ;;
-    --field) field=$2; shift 2 ;;
-    --folder) folder=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) scenes="$scenes $1"; shift ;;
-  esac
-done
+. "$root/scripts/report_values.sh"
+take_options "sets field folder" scenes "$@"
 if [ -z "$scenes" ]; then
   for solid in cuboid platform_upright platform_inverted l_building; do scenes="$scenes $root/data/$solid.json"; done
 fi
-. "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
 

@@ -2,6 +2,31 @@
 # SPDX-License-Identifier: Apache-2.0
 # For scripts that make tables of the programs' reports: sourced by them.
 
+# take_options NAMES REST [ARGUMENT...]: sets the variable NAME for each --NAME VALUE of the names, and appends other arguments to the
+# variable REST. -h prints usage(); what is not an option is an error.
+take_options() {
+  option_names=$1 rest=$2
+  shift 2
+  while [ $# -gt 0 ]; do
+    case "$1" in
+      -h | --help) usage; exit 0 ;;
+      -*)
+        option=
+        for option_name in $option_names; do
+          if [ "$1" = "--$option_name" ]; then option=$option_name; fi
+        done
+        if [ -z "$option" ]; then usage >&2; exit 2; fi
+        if [ $# -lt 2 ]; then
+          echo "$(basename "$0"): $1: expected a value behind it, found none (see --help)" >&2
+          exit 2
+        fi
+        eval "$option=\$2"
+        shift 2 ;;
+      *) eval "$rest=\"\$$rest \$1\""; shift ;;
+    esac
+  done
+}
+
 # take_scene ITEM: sets scene, scale and name from FILE[:SCALE]. The name of a generated scene is that of its folder.
 take_scene() {
   scene=${1%%:*}

@@ -20,25 +20,15 @@ USAGE
 root=$(cd "$(dirname "$0")/.." && pwd)
 looks="1 4"
 every="5 10 15"
-depressions="15 17 30"
+depression="15 17 30"
 folder=$root/build/speckle_table
 scenes=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --looks) looks=$2; shift 2 ;;
-    --every) every=$2; shift 2 ;;
-    --depression) depressions=$2; shift 2 ;;
-    --folder) folder=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) scenes="$scenes $1"; shift ;;
-  esac
-done
+. "$root/scripts/report_values.sh"
+take_options "looks every depression folder" scenes "$@"
+depressions=$depression
 scenes=${scenes:-$root/data/l_building.json}
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
-
-. "$root/scripts/report_values.sh"
 
 render() {
   "$programs/sar_render/sar_render" "$scene" --scale "$scale" --ground grass --depression "$depression" --size 128x128 \

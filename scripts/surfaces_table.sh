@@ -26,20 +26,8 @@ ground=none
 looks=inf
 folder=$root/build/surfaces_table
 scenes=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --seeds) seeds=$2; shift 2 ;;
-    --sets) sets=$2; shift 2 ;;
-    --field) field=$2; shift 2 ;;
-    --ground) ground=$2; shift 2 ;;
-    --looks) looks=$2; shift 2 ;;
-    --folder) folder=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) scenes="$scenes $1"; shift ;;
-  esac
-done
 . "$root/scripts/report_values.sh"
+take_options "seeds sets field ground looks folder" scenes "$@"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 pixel_m=0.3
 mkdir -p "$folder"

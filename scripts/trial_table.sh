@@ -21,17 +21,8 @@ seeds=206:210
 sets="36 12"
 folder=$root/build/trial_table
 scenes=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --seeds) seeds=$2; shift 2 ;;
-    --sets) sets=$2; shift 2 ;;
-    --folder) folder=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) scenes="$scenes $1"; shift ;;
-  esac
-done
 . "$root/scripts/report_values.sh"
+take_options "seeds sets folder" scenes "$@"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
 add_generated_scenes "$seeds"

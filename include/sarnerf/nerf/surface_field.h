@@ -48,8 +48,8 @@ struct SurfaceOptions {
 ///
 /// f is interpolated trilinearly on a sparse grid; the log albedo a and the coefficients D_lm on a coarse grid; the exponent p is
 /// one number. b corrects what e^a cos^p cannot show: edges that the lattice rounds off are too bright where they face the
-/// radar, and albedos differ on scales below a voxel of the albedo. It belongs to the views, not to the body: volumes do not have it. A segment
-/// has the depth of a distance that changes linearly between its ends, in closed form (mpa/surface_density.h). cos is the cosine
+/// radar, and albedos differ on scales below a voxel of the albedo. It belongs to the views, not to the body: volumes do not
+/// have it. A segment has the depth of a distance that changes linearly between its ends, in closed form (mpa/surface_density.h). cos is the cosine
 /// of the incidence, since the gradient of a distance has length 1: no normals are computed. Where cos falls below 0.01, γ falls
 /// linearly to 0.
 ///

@@ -263,12 +263,12 @@ bool SurfaceLearner::adapt(double progress, std::int64_t) {
     refine();
     return true;
   }
-  const bool is_complete = of_shape >= 1.0;
-  if (is_complete) {
+  if (of_shape >= 1.0) {
     field_.start_directional();
     adam_directional_ = FlooredAdam(field_.directional);
+  } else if (steps_ % options_.refresh_steps != 0) {
+    return false;
   }
-  if (!is_complete && steps_ % options_.refresh_steps != 0) return false;
   field_.refresh();
   const Box after = field_.occupied_box_m();
   return before.min != after.min || before.max != after.max;
