@@ -78,7 +78,7 @@ void add_options(CommandLine& command, Options& o) {
               "Where the ground lies, in world coordinates; auto: where speckled views agree on its texture, else the bottom "
               "of the dataset's scene box");
   command.add("--scene-height", o.heights.above_ground_m, height_above_ground().or_word("auto"),
-              "Greatest height of objects above a level ground; auto: under speckle a quarter of the swath in ground range");
+              "Greatest height of objects above a level ground; auto: under speckle what casts its shadow within the images, a quarter of the swath at most");
   command.add("--resolution", o.resolution, resolution_choice(),
               "-3 dB widths (m) of the images' impulse response, which becomes part of the model; auto: what dataset.json "
               "says");

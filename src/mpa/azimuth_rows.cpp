@@ -87,6 +87,7 @@ void AzimuthRows::clear() {
   rows_.clear();
   batch_.clear();
   field_.clear();
+  bounce_.clear();
   ray_slice_.clear();
 }
 
@@ -168,10 +169,35 @@ void AzimuthRows::set_field(std::span<const float> extinction_per_m, std::span<c
   field_.source.assign(source.begin(), source.end());
 }
 
+void AzimuthRows::set_bounce(std::span<const float> source, double ground_height_m) {
+  bounce_.assign(source.begin(), source.end());
+  foot_near_bin_.resize(n_segments());
+  foot_bin_.resize(n_segments());
+  for (const Row& row : rows_) {
+    const double spacing_m = row.acquisition.range_spacing_m;
+    for (std::size_t ray = row.first_ray; ray < row.end_ray; ++ray) {
+      const double fall = -double{batch_.ray_direction[ray].y};
+      for (std::uint32_t s = batch_.ray_begin[ray]; s < batch_.ray_begin[ray + 1]; ++s) {
+        const double farther_m = (double{batch_.point_m[s].y} - ground_height_m) * fall;
+        foot_near_bin_[s] = field_.near_bin[s] + farther_m / spacing_m;
+        const double bin = std::floor(foot_near_bin_[s] + 0.5 * double{batch_.length_m[s]} / spacing_m);
+        foot_bin_[s] = bin < 0.0 ? kNoBin : static_cast<std::uint32_t>(bin);
+      }
+    }
+  }
+}
+
+FieldSamples<float> AzimuthRows::samples_of(SourceBasis basis, Path path) const {
+  FieldSamples<float> of = samples(field_, basis);
+  if (path == Path::by_ground) of.source = bounce_;
+  return of;
+}
+
 /// A row's rays, with the segments of the whole batch, as the integrators take them: ray_begin counts from the batch's first
 /// segment.
-SegmentSpans<float> AzimuthRows::segments(const Row& row) const {
+SegmentSpans<float> AzimuthRows::segments(const Row& row, Path path) const {
   SegmentSpans<float> s = spans(batch_);
+  if (path == Path::by_ground) s.bin = foot_bin_;
   s.ray_begin = s.ray_begin.subspan(row.first_ray, row.end_ray - row.first_ray + 1);
   s.ray_row = s.ray_row.subspan(row.first_ray, row.end_ray - row.first_ray);
   return s;
@@ -183,7 +209,7 @@ void AzimuthRows::emit(SourceBasis basis, Integrator integrator, std::size_t fir
 }
 
 /// Makes the lattice of all rays of a row and computes their emissions; rays and segments are counted from the row's first.
-void AzimuthRows::make_lattice(const Row& row, SourceBasis basis, Integrator integrator) {
+void AzimuthRows::make_lattice(const Row& row, SourceBasis basis, Integrator integrator, Path path) {
   lattice_.begin(static_cast<std::size_t>(row.n_slices),
                  std::vector<bool>(static_cast<std::size_t>(row.fan.n_elevation), true));
   on_lattice_ = false;
@@ -195,8 +221,9 @@ void AzimuthRows::make_lattice(const Row& row, SourceBasis basis, Integrator int
   const auto part = [&](const auto& all) { return all.empty() ? std::span(all) : std::span(all).subspan(begin, n); };
   lattice_.emit({row_ray_begin_, std::span(batch_.ray_row).subspan(row.first_ray, row.end_ray - row.first_ray),
                  part(batch_.bin), part(batch_.length_m)},
-                {part(field_.extinction_per_m), part(field_.extinction_back_per_m), part(field_.source), source_form(basis)},
-                part(field_.near_bin), row.acquisition.range_spacing_m, integrator, 0, lattice_.n_places());
+                {part(field_.extinction_per_m), part(field_.extinction_back_per_m),
+                 part(path == Path::direct ? field_.source : bounce_), source_form(basis)},
+                part(near_bins(path)), row.acquisition.range_spacing_m, integrator, 0, lattice_.n_places());
 }
 
 /// Calls visit(segment, contribution, x0, x1, smear) for the trapezoids of a lattice made by make_lattice().
@@ -209,27 +236,28 @@ void AzimuthRows::for_each_trapezoid(Visit&& visit) const {
 }
 
 void AzimuthRows::integrate(const Row& row, SourceBasis basis, Integrator integrator, Deposit deposit,
-                            std::span<double> bins) {
+                            std::span<double> bins, Path path) {
   if (deposit == Deposit::in_bin) {
-    sarnerf::integrate(segments(row), samples(field_, basis), integrator, static_cast<int>(bins.size()), bins);
+    sarnerf::integrate(segments(row, path), samples_of(basis, path), integrator, static_cast<int>(bins.size()), bins);
     return;
   }
-  make_lattice(row, basis, integrator);
+  make_lattice(row, basis, integrator, path);
   for_each_trapezoid([&](std::size_t, double c, double x0, double x1, double smear) {
     deposit_trapezoid(bins, x0, x1, smear, c);
   });
 }
 
 void AzimuthRows::integrate_adjoint(const Row& row, SourceBasis basis, Integrator integrator, Deposit deposit,
-                                    std::span<const double> bin_gradients, const FieldGradients<float>& gradients) {
-  SegmentSpans<float> of_row = segments(row);
+                                    std::span<const double> bin_gradients, const FieldGradients<float>& gradients,
+                                    Path path) {
+  SegmentSpans<float> of_row = segments(row, path);
   if (deposit == Deposit::in_bin) {
-    sarnerf::integrate_adjoint(of_row, samples(field_, basis), integrator, static_cast<int>(bin_gradients.size()),
+    sarnerf::integrate_adjoint(of_row, samples_of(basis, path), integrator, static_cast<int>(bin_gradients.size()),
                                bin_gradients, gradients);
     return;
   }
   // Give each segment a bin of its own. Its derivative is the mean over the bins that the segment's trapezoid covers.
-  make_lattice(row, basis, integrator);
+  make_lattice(row, basis, integrator, path);
   const std::size_t begin = first_segment(row);
   segment_gradients_.assign(n_segments(), 0.0);
   for_each_trapezoid([&](std::size_t s, double, double x0, double x1, double smear) {
@@ -239,7 +267,7 @@ void AzimuthRows::integrate_adjoint(const Row& row, SourceBasis basis, Integrato
   own_bin_.resize(n_segments());
   std::iota(own_bin_.begin(), own_bin_.end(), 0u);
   of_row.bin = own_bin_;
-  sarnerf::integrate_adjoint(of_row, samples(field_, basis), integrator, static_cast<int>(n_segments()),
+  sarnerf::integrate_adjoint(of_row, samples_of(basis, path), integrator, static_cast<int>(n_segments()),
                              segment_gradients_, gradients);
 }
 

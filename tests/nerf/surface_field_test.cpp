@@ -71,12 +71,24 @@ RaySampling fine_sampling(const SurfaceField& field) {
 }  // namespace
 
 TEST_CASE("gradients of a surface are those of central differences, from 1 to 1e4 per metre") {
+  const bool bounce = GENERATE(false, true);
   for (const double sharpness : {1.0, 10.0, 100.0, 1e3, 1e4}) {
     // At 1 per metre, the band ends where 0.005 of depth is left out, in 4.6 m: here it is cut off at 1.7 m, for both.
     SurfaceField field = sphere_field(sharpness, 1.7);
+    // Over a black ground, with a bounce by it.
+    if (bounce) {
+      LevelGround black;
+      black.height_m = -1.5;
+      black.texture = Image<float>(1, 1);
+      black.incidence_rad = {0.8};
+      black.gain = {1.0};
+      field.ground = std::make_shared<LevelGround>(black);
+      field.start_bounce();
+    }
     {
       const torch::NoGradGuard no_gradients;
       field.log_albedo.normal_(0.0, 0.3);
+      field.log_bounce.normal_(0.3, 0.3);
       field.exponent.fill_(1.4);
     }
     const std::vector<RowRequest> rows = some_rows();
@@ -99,7 +111,7 @@ TEST_CASE("gradients of a surface are those of central differences, from 1 to 1e
     INFO("sharpness " << sharpness);
     for (int kind = 0; kind < 3; ++kind) {
       const torch::Tensor direction = wave(kind);
-      const double step = std::min(1e-3, 0.02 / sharpness);
+      const double step = std::min(1e-3, 0.1 / sharpness);
       const auto at = [&](double by) {
         field.distance.data().copy_(distance + by * direction);
         const double v = value();
@@ -122,6 +134,7 @@ TEST_CASE("gradients of a surface are those of central differences, from 1 to 1e
     };
     CHECK(field.log_albedo.grad().sum().item<double>() == Approx(difference(field.log_albedo)).epsilon(1e-3));
     CHECK(field.exponent.grad().item<double>() == Approx(difference(field.exponent)).epsilon(2e-3));
+    if (bounce) CHECK(field.log_bounce.grad().sum().item<double>() == Approx(difference(field.log_bounce)).epsilon(1e-3));
   }
 }
 
@@ -198,12 +211,16 @@ TEST_CASE("a surface survives extreme sharpness, plates of a voxel and empty spa
 TEST_CASE("a surface is restored bit by bit, and a damaged one is refused") {
   SurfaceField field = sphere_field(20.0);
   const bool directional = GENERATE(false, true);
-  if (directional) field.start_directional();
+  if (directional) {
+    field.start_bounce();
+    field.start_directional();
+  }
   {
     const torch::NoGradGuard no_gradients;
     field.log_albedo.normal_();
     field.exponent.fill_(0.7);
     field.directional.normal_();
+    field.log_bounce.normal_();
   }
   const Archive archive = field.state();
   const auto restored = restore_field(archive, "here");

@@ -71,6 +71,14 @@ RowRays jittered_rays(const RowRequest& request, const Box& box_m, const RowSamp
 /// even_rays() if the request has a fan, else jittered_rays().
 RowRays rays_of_row(const RowRequest& request, const Box& box_m, const RowSampling& sampling);
 
+/// Way of a pulse to a point and back.
+enum class Path {
+  direct,
+  /// Once by a level, specular ground, in either order: radar, ground, point, radar. Point and mirror image average to the
+  /// point's foot on the ground, whose range it has, in the same row.
+  by_ground,
+};
+
 /// The rays of some azimuth rows: samples them, integrates them into range bins, and takes derivatives back. One per thread.
 /// Its memory, about 60 bytes a segment, is reused after clear().
 class AzimuthRows {
@@ -110,15 +118,19 @@ class AzimuthRows {
   /// Sets the values of a field that is not a grid, [n_segments] each; κ⁻ = κ⁺ where `extinction_back_per_m` is empty.
   void set_field(std::span<const float> extinction_per_m, std::span<const float> source,
                  std::span<const float> extinction_back_per_m = {});
+  /// Sets the source of Path::by_ground, [n_segments], and the ground's height above the aim point. `clear()` removes it.
+  void set_bounce(std::span<const float> source, double ground_height_m);
+  bool has_bounce() const { return !bounce_.empty(); }
 
   /// Adds Σ c_s of a row's rays to its bins [n_range], from the field at the segments (printed eqs. 6, 24).
-  void integrate(const Row& row, SourceBasis basis, Integrator integrator, Deposit deposit, std::span<double> bins);
+  void integrate(const Row& row, SourceBasis basis, Integrator integrator, Deposit deposit, std::span<double> bins,
+                 Path path = Path::direct);
 
   /// Adjoint of integrate(): from ∂L/∂bin [n_range] writes ∂L/∂κ⁺, ∂L/∂κ⁻ and ∂L/∂source of the row's
   /// segments; the arrays are those of all segments. Exact for Deposit::in_bin. Over the footprint, the trapezoids are held
   /// fixed: the derivative of their position by the field is left out (they move by half a step between rays at most).
   void integrate_adjoint(const Row& row, SourceBasis basis, Integrator integrator, Deposit deposit,
-                         std::span<const double> bin_gradients, const FieldGradients<float>& gradients);
+                         std::span<const double> bin_gradients, const FieldGradients<float>& gradients, Path path = Path::direct);
 
   // The deposit over the footprint in pieces: for rows whose segments would not fit into memory, and for layers, which need
   // the contribution of each segment.
@@ -133,15 +145,20 @@ class AzimuthRows {
   const FootprintDeposit& lattice() const { return lattice_; }
 
  private:
-  SegmentSpans<float> segments(const Row& row) const;
+  SegmentSpans<float> segments(const Row& row, Path path) const;
+  FieldSamples<float> samples_of(SourceBasis basis, Path path) const;
+  const std::vector<double>& near_bins(Path path) const { return path == Path::direct ? field_.near_bin : foot_near_bin_; }
   void set_places(std::span<const MarchRay> rays, std::size_t first_ray);
-  void make_lattice(const Row& row, SourceBasis basis, Integrator integrator);
+  void make_lattice(const Row& row, SourceBasis basis, Integrator integrator, Path path);
   template <class Visit>
   void for_each_trapezoid(Visit&& visit) const;
 
   std::vector<Row> rows_;
   SampleBatch batch_;
   BatchField field_;
+  std::vector<float> bounce_;           ///< source of Path::by_ground
+  std::vector<double> foot_near_bin_;   ///< near_bin of Path::by_ground
+  std::vector<std::uint32_t> foot_bin_;
   std::vector<std::uint32_t> ray_slice_;  ///< of all rays
   FootprintDeposit lattice_;
   bool on_lattice_ = false;  ///< whether rays that are added belong to the lattice

@@ -91,8 +91,8 @@ struct GroundRule {
   /// A point is empty if at least this fraction of the views that see it show bare ground there and in its shadow. In some
   /// views, an object may be as bright as the ground. Chosen.
   double bare_fraction = 0.3;
-  /// Greatest height of objects under speckle, as a fraction of the swath in ground range: chips do not bound the height
-  /// of an object whose shadow lies outside of them. Kept for speed: training takes 1.6 times as long without. Chosen.
+  /// Greatest height of objects under speckle, as a fraction of the swath in ground range; at small depressions the shadow
+  /// bounds it further (SceneHeights). Kept for speed: training takes 1.6 times as long without. Chosen.
   double object_height_fraction = 0.25;
   /// Where images of an unknown impulse response show no ground, pixels below this fraction of the peak are its tails: they
   /// reach everywhere, also where the scene is empty. 0: no pixel is a tail. Chosen.

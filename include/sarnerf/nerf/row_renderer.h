@@ -103,12 +103,13 @@ class RowSegments {
   std::vector<Place> places() const;
 
   /// β⁰ of the rows, concatenated, [n_pixels], from κ (1/m) and brightness at the segments.
+  /// `bounce`: brightness of Path::by_ground, or empty; it needs a ground.
   void integrate(std::span<const float> extinction_per_m, std::span<const float> brightness,
-                 Integrator integrator, std::span<float> pixels);
+                 Integrator integrator, std::span<float> pixels, std::span<const float> bounce = {});
 
   /// Adjoint at the values of the last integrate(), from ∂L/∂pixel: writes ∂L/∂κ and ∂L/∂brightness, [n_segments].
   void adjoint(std::span<const float> pixel_gradients, Integrator integrator, std::span<float> d_extinction,
-               std::span<float> d_brightness);
+               std::span<float> d_brightness, std::span<float> d_bounce = {});
 
  private:
   void place(std::span<const RowRequest> rows, const OccupancyGrid& cache, RowPart& part) const;

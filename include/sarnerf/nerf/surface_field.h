@@ -18,6 +18,7 @@ namespace sarnerf {
 /// How the field `surface` is laid out and learned. Bins are range bins of the finest image.
 struct SurfaceOptions {
   double voxel_size_m = 0.15;
+  bool bounce = false;             ///< over a ground: double bounces by it (SurfaceField::start_bounce)
   int n_levels = 2;                ///< initial voxels are 2^(n_levels − 1) times as large, and are halved during the training
   /// Progress of the training at which the shape is complete. Then its distance, albedo and exponent stay as they are, and the
   /// rest of the training is that of the directional brightness. `refined_by` and `anneal_until` are fractions of the shape's part.
@@ -45,13 +46,20 @@ struct SurfaceOptions {
 ///                                                    Yariv et al. 2021)
 ///     brightness          γ = e^(a + b) cos^p        cos: what f falls by along the ray, per metre
 ///                         b(d) = Σ_lm D_lm Y_lm(d)   d: the ray's direction; l ≤ 2; 0 until start_directional()
+///     by the ground       γ' = e^c cos'^p            cos': what f falls by in the ray's horizontal direction, per metre;
+///                                                    0 until start_bounce()
 ///
-/// f is interpolated trilinearly on a sparse grid; the log albedo a and the coefficients D_lm on a coarse grid; the exponent p is
-/// one number. b corrects what e^a cos^p cannot show: edges that the lattice rounds off are too bright where they face the
+/// f is interpolated trilinearly on a sparse grid; the log albedos a and c and the coefficients D_lm on a coarse grid; the exponent
+/// p is one number. b corrects what e^a cos^p cannot show: edges that the lattice rounds off are too bright where they face the
 /// radar, and albedos differ on scales below a voxel of the albedo. It belongs to the views, not to the body: volumes do not
 /// have it. A segment has the depth of a distance that changes linearly between its ends, in closed form (mpa/surface_density.h). cos is the cosine
 /// of the incidence, since the gradient of a distance has length 1: no normals are computed. Where cos falls below 0.01, γ falls
 /// linearly to 0.
+///
+/// γ' is the brightness of the double bounce between a level ground and the body (Path::by_ground). A point of the body returns it
+/// in the range bin of its foot. It is brightest where the bisector between both directions of the path, which is horizontal,
+/// is normal to the surface: on walls that face the radar. Where the ground around is itself hidden from the point is not
+/// tested: a path by the ground counts as free where the direct one is.
 ///
 /// With the sharpness, the surface's place is defined ever better: half of a ray's power returns from nearer than a point 0.4 / s
 /// inside (normal incidence) to 0.8 / s outside (70°) of the level 0, measured along the normal.
@@ -67,17 +75,22 @@ class SurfaceField : public LearnedField {
   std::string_view kind() const override { return "surface"; }
   torch::Tensor render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const override;
   void render_rows(std::span<const RowRequest> rows, const RaySampling& sampling, std::span<float> pixels) const override;
-  /// Those that are learned at present: f, a and p, or D alone.
+  /// Those that are learned at present: f, a, p and c if there is a bounce, or D alone.
   std::vector<torch::Tensor> parameters() const override;
   Box occupied_box_m() const override;
   double voxel_size_m() const override { return transform_.voxel_size_m; }
   std::string size_text() const override;
   Archive state() const override;
 
-  /// Parameters, float32, requiring gradients: f (m) [n_voxels], a [n_albedo_voxels], p [1], D [n_albedo_voxels, 9] or [0, 9].
-  torch::Tensor distance, log_albedo, exponent, directional;
+  /// Parameters, float32, requiring gradients: f (m) [n_voxels], a [n_albedo_voxels], p [1], c [n_albedo_voxels] or [0],
+  /// D [n_albedo_voxels, 9] or [0, 9].
+  torch::Tensor distance, log_albedo, exponent, log_bounce, directional;
 
-  /// Fixes f, a and p: from now on they get no gradients, and D does, which is 0 at first.
+  /// Adds the double bounce by the ground, with c = a. It is rendered only where there is a ground.
+  void start_bounce();
+  bool has_bounce() const { return log_bounce.numel() > 0; }
+
+  /// Fixes f, a, p and c: from now on they get no gradients, and D does, which is 0 at first.
   void start_directional();
   bool has_directional() const { return directional.numel() > 0; }
 

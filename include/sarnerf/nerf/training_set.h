@@ -46,8 +46,9 @@ struct SceneHeights {
   /// Height of the ground, in world coordinates. Default: the bottom of the box, or the height at which speckled views agree
   /// on the texture of a level ground, since chips are centred on targets, and the ground lies below those.
   std::optional<double> ground_m;
-  /// Greatest height of objects above a level ground. Default under speckle: a quarter of the swath in ground range,
-  /// since chips do not bound the height of a voxel whose shadow lies outside of them. Default otherwise: the box's top.
+  /// Greatest height of objects above a level ground. Default under speckle: the height at which the shadow of a point above the
+  /// aim point leaves some view (what is higher no chip can disprove), or a quarter of the swath in ground range if that is less
+  /// (from a depression of 26.6° on). Default otherwise: the box's top.
   std::optional<double> above_ground_m;
 };
 

@@ -156,19 +156,20 @@ std::vector<RowSegments::Place> RowSegments::places() const {
 
 void RowSegments::integrate(std::span<const float> extinction_per_m,
                             std::span<const float> brightness, Integrator integrator,
-                            std::span<float> pixels) {
+                            std::span<float> pixels, std::span<const float> bounce) {
   parallel_for(parts_.size(), 1, [&](std::size_t p, std::size_t, int) {
     RowPart& part = *parts_[p];
     const auto mine = [&](std::span<const float> all) {
       return all.subspan(first_segment_[p], part.rows.n_segments());
     };
     part.rows.set_field(mine(extinction_per_m), mine(brightness));
+    if (!bounce.empty()) part.rows.set_bounce(mine(bounce), ground_->height_m);
     render_part(part, SourceBasis::harmonics, integrator, sampling_, ground_.get(), pixels.subspan(first_pixel_[p]));
   });
 }
 
 void RowSegments::adjoint(std::span<const float> pixel_gradients, Integrator integrator, std::span<float> d_extinction,
-                          std::span<float> d_brightness) {
+                          std::span<float> d_brightness, std::span<float> d_bounce) {
   parallel_for(parts_.size(), 1, [&](std::size_t p, std::size_t, int) {
     RowPart& part = *parts_[p];
     render_part_adjoint(part, SourceBasis::harmonics, integrator, sampling_, ground_.get(),
@@ -177,6 +178,8 @@ void RowSegments::adjoint(std::span<const float> pixel_gradients, Integrator int
               d_extinction.begin() + static_cast<std::ptrdiff_t>(first_segment_[p]));
     std::copy(part.d_source.begin(), part.d_source.end(),
               d_brightness.begin() + static_cast<std::ptrdiff_t>(first_segment_[p]));
+    if (!d_bounce.empty())
+      std::copy(part.d_bounce.begin(), part.d_bounce.end(), d_bounce.begin() + static_cast<std::ptrdiff_t>(first_segment_[p]));
   });
 }
 

@@ -109,6 +109,7 @@ void render_part(RowPart& part, SourceBasis basis, Integrator integrator, const 
   for_each_row(part, pixels, [&](const Row& row, std::span<float> out) {
     part.of_bin.assign(out.size(), 0.0);
     part.rows.integrate(row, basis, integrator, sampling.deposit, part.of_bin);
+    if (part.rows.has_bounce()) part.rows.integrate(row, basis, integrator, sampling.deposit, part.of_bin, Path::by_ground);
     for (std::size_t j = 0; j < out.size(); ++j) {
       out[j] = static_cast<float>(part.of_bin[j] * beta0_per_contribution(row.acquisition, row.fan.step_rad, row.n_slices,
                                                                           static_cast<int>(j)));
@@ -121,6 +122,9 @@ void render_part_adjoint(RowPart& part, SourceBasis basis, Integrator integrator
                          const LevelGround* ground, std::span<const float> pixel_gradients) {
   part.d_extinction.assign(part.rows.n_segments(), 0.0f);
   part.d_source.assign(part.rows.n_segments(), 0.0f);
+  const bool bounce = part.rows.has_bounce();
+  part.d_bounce.assign(bounce ? part.rows.n_segments() : 0, 0.0f);
+  part.d_bounce_extinction.assign(part.d_bounce.size(), 0.0f);
   for_each_row(part, pixel_gradients, [&](const Row& row, std::span<const float> gradients) {
     part.of_bin.resize(gradients.size());
     for (std::size_t j = 0; j < gradients.size(); ++j) {
@@ -129,6 +133,12 @@ void render_part_adjoint(RowPart& part, SourceBasis basis, Integrator integrator
     }
     part.rows.integrate_adjoint(row, basis, integrator, sampling.deposit, part.of_bin,
                                 {part.d_extinction, {}, part.d_source});
+    if (bounce) {
+      part.rows.integrate_adjoint(row, basis, integrator, sampling.deposit, part.of_bin,
+                                  {part.d_bounce_extinction, {}, part.d_bounce}, Path::by_ground);
+      for (std::uint32_t s = part.rows.first_segment(row); s < part.rows.end_segment(row); ++s)
+        part.d_extinction[s] += part.d_bounce_extinction[s];
+    }
     if (ground != nullptr) add_ground_adjoint(part, row, *ground, gradients);
   });
 }

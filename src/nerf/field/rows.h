@@ -18,6 +18,7 @@ struct RowPart {
   AzimuthRows rows;
   std::vector<double> of_bin;                 ///< contributions to a row's bins, or derivatives by them
   std::vector<float> d_extinction, d_source;  ///< gradients of all segments
+  std::vector<float> d_bounce, d_bounce_extinction;  ///< those of Path::by_ground
   std::vector<float> d_values;                ///< gradients of the grid's values, one copy per thread
 };
 

@@ -161,6 +161,7 @@ Archive SurfaceField::state() const {
   archive.tensors["distance"] = distance.detach().clone();
   archive.tensors["log_albedo"] = log_albedo.detach().clone();
   archive.tensors["exponent"] = exponent.detach().clone();
+  if (has_bounce()) archive.tensors["log_bounce"] = log_bounce.detach().clone();
   if (has_directional()) archive.tensors["directional"] = directional.detach().clone();
   if (ground) add_ground(archive, *ground);
   if (resolution) add_resolution(archive, *resolution);
@@ -197,6 +198,10 @@ SurfaceField restore_surface_field(const Archive& archive, const std::string& wh
   take("distance", field.distance);
   take("log_albedo", field.log_albedo);
   take("exponent", field.exponent);
+  if (archive.tensors.contains("log_bounce")) {
+    field.start_bounce();
+    take("log_bounce", field.log_bounce);
+  }
   if (archive.tensors.contains("directional")) {
     field.start_directional();
     take("directional", field.directional);

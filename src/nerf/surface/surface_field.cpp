@@ -58,14 +58,18 @@ SurfaceField::SurfaceField(const GridTransform& transform, BrickTopology topolog
   distance = torch::full({static_cast<std::int64_t>(n_voxels())}, static_cast<float>(most_band_m)).set_requires_grad(true);
   log_albedo = torch::zeros({n_albedo}).set_requires_grad(true);
   exponent = torch::ones({1}).set_requires_grad(true);
+  log_bounce = torch::zeros({0}).set_requires_grad(true);
   directional = torch::zeros({0, kHarmonics}).set_requires_grad(true);
   refresh();
 }
 
 std::vector<torch::Tensor> SurfaceField::parameters() const {
   if (has_directional()) return {directional};
+  if (has_bounce()) return {distance, log_albedo, exponent, log_bounce};
   return {distance, log_albedo, exponent};
 }
+
+void SurfaceField::start_bounce() { log_bounce = log_albedo.detach().clone().set_requires_grad(true); }
 
 void SurfaceField::start_directional() {
   directional = torch::zeros({log_albedo.numel(), kHarmonics}).set_requires_grad(true);
@@ -123,6 +127,10 @@ SurfaceField refined(const SurfaceField& field, double reach_m) {
   fine.distance.copy_(refined_values(field, field.distance, fine, static_cast<float>(field.most_band_m())).clamp_max_(fine.most_band_m()));
   fine.log_albedo.copy_(refined_albedo(field, field.log_albedo, fine));
   fine.exponent.copy_(field.exponent);
+  if (field.has_bounce()) {
+    fine.start_bounce();
+    fine.log_bounce.copy_(refined_albedo(field, field.log_bounce, fine));
+  }
   fine.set_sharpness(field.sharpness_per_m());
   fine.refresh();
   fine.ground = field.ground;
@@ -164,18 +172,34 @@ constexpr std::size_t kRowsAtATime = 32;
 /// Cosine below which the brightness falls linearly to 0, so that its derivative is bounded for every exponent.
 constexpr double kLeastCosine = 0.01;
 
+/// What f falls by, per metre, in the horizontal direction of a ray; and its derivatives by the fall along the ray and by the rise
+/// of f with height.
+struct LevelFall {
+  double cosine, by_fall, by_rise;
+};
+
 /// The segments of some rows, the field at them, and the derivatives of it.
 struct Pass : torch::CustomClassHolder {
   Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const SurfaceField& of);
 
   void sample(std::size_t part);
   void scatter_directional(std::size_t part, std::span<const float> d_brightness);
-  void scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness);
+  void sample_bounce(std::size_t part);
+  void scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness, std::span<const float> d_bounce);
+  /// Adds the derivatives by f at the ends of the part's segments to `d_ends`.
+  void scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<float> d_ends);
+  LevelFall level_fall(std::size_t s, std::size_t ray) const;
+  template <class Visit>
+  void for_each_segment(std::size_t part, Visit&& visit) const {
+    for (std::size_t q = first_ray[part]; q < first_ray[part + 1]; ++q)
+      for (std::size_t s = segments.ray_begin()[q]; s < segments.ray_begin()[q + 1]; ++s) visit(s, q);
+  }
 
   /// Rays [first, end) of the batch are one thread's.
   std::size_t n_parts() const { return first_ray.size() - 1; }
 
   const SurfaceField& field;
+  const bool bounces;
   RowSegments segments;
   std::vector<float> length_m;
   std::vector<std::uint32_t> near_end;  ///< of each segment; its far end is the next
@@ -183,15 +207,18 @@ struct Pass : torch::CustomClassHolder {
   std::vector<std::size_t> first_ray, first_end;  ///< of the parts
   std::vector<float> distance_m;                  ///< f at the ends
   std::vector<float> extinction_per_m, albedo, brightness;
+  std::vector<glm::vec3> around_m;            ///< points half a voxel below and above the centre of each segment
+  std::vector<float> around_distance_m;       ///< f there
+  std::vector<float> bounce_albedo, bounce;   ///< of Path::by_ground; empty without
   struct Gradients {
-    std::vector<float> distance, log_albedo, directional;
+    std::vector<float> distance, log_albedo, log_bounce, directional;
     double exponent = 0.0;
   };
   std::vector<Gradients> gradients;  ///< of the parts
 };
 
 Pass::Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const SurfaceField& of)
-    : field(of), segments(rows, sampling, of.cache(), of.ground) {
+    : field(of), bounces(of.has_bounce() && of.ground), segments(rows, sampling, of.cache(), of.ground) {
   constexpr double kJoined_bins = 1e-5;  // segments whose ends differ by less than this have one end in common
   const auto places = segments.places();
   const auto begin = segments.ray_begin();
@@ -223,27 +250,45 @@ Pass::Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const 
   extinction_per_m.resize(length_m.size());
   albedo.resize(length_m.size());
   brightness.resize(length_m.size());
+  if (bounces) {
+    const glm::vec3 up_m(0.0f, static_cast<float>(0.5 * field.voxel_size_m()), 0.0f);
+    for (const glm::vec3& p_m : segments.point_m()) {
+      around_m.push_back(p_m - up_m);
+      around_m.push_back(p_m + up_m);
+    }
+    around_distance_m.resize(around_m.size());
+    bounce_albedo.resize(length_m.size());
+    bounce.resize(length_m.size());
+  }
   parallel_for(n_parts(), 1, [&](std::size_t part, std::size_t, int) { sample(part); });
 }
 
-/// What a segment adds: extinction and brightness, and their derivatives by its ends.
-struct Segment {
-  SurfaceDepth depth;
+/// cos^p and its derivatives.
+struct Lobe {
   double cos_to_p;       ///< 0 where the surface faces away
   double by_cosine;      ///< ∂cos^p/∂cos
   double by_exponent;    ///< ∂cos^p/∂p
 };
 
-Segment segment(double near_m, double far_m, double length_m, double sharpness_per_m, double exponent) {
-  const SurfaceDepth depth = surface_depth(near_m, far_m, length_m, sharpness_per_m);
-  const double cosine = (near_m - far_m) / length_m;
-  if (!(cosine > 0.0)) return {depth, 0.0, 0.0, 0.0};
+Lobe lobe(double cosine, double exponent) {
+  if (!(cosine > 0.0)) return {0.0, 0.0, 0.0};
   const double least = std::max(cosine, kLeastCosine), power = std::pow(least, exponent);
   if (cosine < kLeastCosine) {
     const double part = cosine / kLeastCosine;
-    return {depth, part * power, power / kLeastCosine, part * power * std::log(least)};
+    return {part * power, power / kLeastCosine, part * power * std::log(least)};
   }
-  return {depth, power, exponent * power / cosine, power * std::log(cosine)};
+  return {power, exponent * power / cosine, power * std::log(cosine)};
+}
+
+/// What a segment adds: extinction and brightness, and their derivatives by its ends.
+struct Segment : Lobe {
+  SurfaceDepth depth;
+};
+
+Segment segment(double near_m, double far_m, double length_m, double sharpness_per_m, double exponent) {
+  const SurfaceDepth depth = surface_depth(near_m, far_m, length_m, sharpness_per_m);
+  const double cosine = (near_m - far_m) / length_m;
+  return {lobe(cosine, exponent), depth};
 }
 
 BrickView<const float> albedo_of(const SurfaceField& field) {
@@ -252,6 +297,26 @@ BrickView<const float> albedo_of(const SurfaceField& field) {
 
 BrickView<const float> directional_of(const SurfaceField& field) {
   return {&field.albedo_topology(), field.albedo_transform(), kHarmonics, numbers(field.directional)};
+}
+
+LevelFall Pass::level_fall(std::size_t s, std::size_t ray) const {
+  const double down = double{segments.ray_direction()[ray].y}, level = std::sqrt(1.0 - down * down);
+  const double fall = double{distance_m[near_end[s]] - distance_m[near_end[s] + 1]} / double{length_m[s]};
+  const double rise = double{around_distance_m[2 * s + 1] - around_distance_m[2 * s]} / field.voxel_size_m();
+  return {(fall + down * rise) / level, 1.0 / level, down / level};
+}
+
+void Pass::sample_bounce(std::size_t part) {
+  const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
+  TrilinearSampler(view_of(field, numbers(field.distance)))
+      .sample(std::span(around_m).subspan(2 * begin, 2 * n), std::span(around_distance_m).subspan(2 * begin, 2 * n));
+  TrilinearSampler({&field.albedo_topology(), field.albedo_transform(), 1, numbers(field.log_bounce)})
+      .sample(segments.point_m().subspan(begin, n), std::span(bounce_albedo).subspan(begin, n));
+  const auto exponent = double{field.exponent.data_ptr<float>()[0]};
+  for_each_segment(part, [&](std::size_t s, std::size_t ray) {
+    bounce_albedo[s] = std::exp(bounce_albedo[s]);
+    bounce[s] = static_cast<float>(double{bounce_albedo[s]} * lobe(level_fall(s, ray).cosine, exponent).cos_to_p);
+  });
 }
 
 void Pass::sample(std::size_t part) {
@@ -272,6 +337,7 @@ void Pass::sample(std::size_t part) {
     }
   }
   const auto exponent = double{field.exponent.data_ptr<float>()[0]};
+  if (bounces) sample_bounce(part);
   for (std::size_t s = begin; s < end; ++s) {
     const double length = double{length_m[s]};
     const Segment at = segment(double{distance_m[near_end[s]]}, double{distance_m[near_end[s] + 1]}, length,
@@ -296,7 +362,31 @@ void Pass::scatter_directional(std::size_t part, std::span<const float> d_bright
                     segments.point_m().subspan(begin, end - begin), d_coefficients);
 }
 
-void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness) {
+void Pass::scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<float> d_ends) {
+  Gradients& mine = gradients[part];
+  const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
+  std::vector<float> d_around(2 * n), d_albedo(n);
+  const auto exponent = double{field.exponent.data_ptr<float>()[0]};
+  for_each_segment(part, [&](std::size_t s, std::size_t ray) {
+    const LevelFall fall = level_fall(s, ray);
+    const Lobe at = lobe(fall.cosine, exponent);
+    const double by_bounce = double{d_bounce[s]} * double{bounce_albedo[s]}, by_cosine = by_bounce * at.by_cosine;
+    const auto by_end = static_cast<float>(by_cosine * fall.by_fall / double{length_m[s]});
+    const auto by_around = static_cast<float>(by_cosine * fall.by_rise / field.voxel_size_m());
+    d_ends[near_end[s] - first_end[part]] += by_end;
+    d_ends[near_end[s] + 1 - first_end[part]] -= by_end;
+    d_around[2 * (s - begin)] = -by_around;
+    d_around[2 * (s - begin) + 1] = by_around;
+    d_albedo[s - begin] = static_cast<float>(by_bounce * at.cos_to_p);
+    mine.exponent += by_bounce * at.by_exponent;
+  });
+  mine.log_bounce.assign(static_cast<std::size_t>(field.log_bounce.numel()), 0.0f);
+  scatter_trilinear({&field.topology(), field.transform(), 1, mine.distance}, std::span(around_m).subspan(2 * begin, 2 * n), d_around);
+  scatter_trilinear({&field.albedo_topology(), field.albedo_transform(), 1, mine.log_bounce}, segments.point_m().subspan(begin, n), d_albedo);
+}
+
+void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness,
+                   std::span<const float> d_bounce) {
   Gradients& mine = gradients[part];
   mine.distance.assign(field.n_voxels(), 0.0f);
   mine.log_albedo.assign(static_cast<std::size_t>(field.log_albedo.numel()), 0.0f);
@@ -317,6 +407,7 @@ void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::s
     d_albedo[s - begin] = static_cast<float>(by_brightness * at.cos_to_p);
     mine.exponent += by_brightness * at.by_exponent;
   }
+  if (bounces) scatter_bounce(part, d_bounce, d_ends);
   scatter_trilinear({&field.topology(), field.transform(), 1, mine.distance}, std::span(end_m).subspan(first, n_ends), d_ends);
   scatter_trilinear({&field.albedo_topology(), field.albedo_transform(), 1, mine.log_albedo},
                     segments.point_m().subspan(begin, end - begin), d_albedo);
@@ -325,11 +416,11 @@ void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::s
 /// The pass as an autograd function of LibTorch.
 struct RenderSurface : torch::autograd::Function<RenderSurface> {
   static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor&,
-                                                const torch::Tensor&, const torch::Tensor&, const torch::Tensor&,
+                                                const torch::Tensor&, const torch::Tensor&, const torch::Tensor&, const torch::Tensor&,
                                                 const c10::intrusive_ptr<Pass>& pass) {
     context->saved_data["pass"] = torch::IValue::make_capsule(pass);
     torch::Tensor pixels = torch::empty({static_cast<std::int64_t>(pass->segments.n_pixels())}, torch::kFloat);
-    pass->segments.integrate(pass->extinction_per_m, pass->brightness, Integrator::exact, numbers(pixels));
+    pass->segments.integrate(pass->extinction_per_m, pass->brightness, Integrator::exact, numbers(pixels), pass->bounce);
     return {pixels};
   }
 
@@ -338,14 +429,15 @@ struct RenderSurface : torch::autograd::Function<RenderSurface> {
     const auto pass = c10::static_intrusive_pointer_cast<Pass>(context->saved_data["pass"].toCapsule());
     const SurfaceField& field = pass->field;
     std::vector<float> d_extinction(pass->segments.n_segments()), d_brightness(d_extinction.size());
-    pass->segments.adjoint(numbers(gradients[0].contiguous()), Integrator::exact, d_extinction, d_brightness);
+    std::vector<float> d_bounce(pass->bounce.size());
+    pass->segments.adjoint(numbers(gradients[0].contiguous()), Integrator::exact, d_extinction, d_brightness, d_bounce);
     pass->gradients.resize(pass->n_parts());
     const bool directional = field.has_directional();
     parallel_for(pass->n_parts(), 1, [&](std::size_t part, std::size_t, int) {
       if (directional)
         pass->scatter_directional(part, d_brightness);
       else
-        pass->scatter(part, d_extinction, d_brightness);
+        pass->scatter(part, d_extinction, d_brightness, d_bounce);
     });
     const auto sum = [&](const torch::Tensor& of, auto member) {
       torch::Tensor to = torch::empty_like(of);
@@ -358,18 +450,19 @@ struct RenderSurface : torch::autograd::Function<RenderSurface> {
       });
       return to;
     };
-    if (directional) return {{}, {}, {}, sum(field.directional, &Pass::Gradients::directional), {}};
+    if (directional) return {{}, {}, {}, {}, sum(field.directional, &Pass::Gradients::directional), {}};
     double d_exponent = 0.0;
     for (const Pass::Gradients& g : pass->gradients) d_exponent += g.exponent;
     return {sum(field.distance, &Pass::Gradients::distance), sum(field.log_albedo, &Pass::Gradients::log_albedo),
-            torch::full({1}, d_exponent, torch::kFloat), {}, {}};
+            torch::full({1}, d_exponent, torch::kFloat),
+            pass->bounces ? sum(field.log_bounce, &Pass::Gradients::log_bounce) : torch::Tensor(), {}, {}};
   }
 };
 
 }  // namespace
 
 torch::Tensor SurfaceField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const {
-  return RenderSurface::apply(distance, log_albedo, exponent, directional, c10::make_intrusive<Pass>(rows, sampling, *this)).front();
+  return RenderSurface::apply(distance, log_albedo, exponent, log_bounce, directional, c10::make_intrusive<Pass>(rows, sampling, *this)).front();
 }
 
 void SurfaceField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling, std::span<float> pixels) const {
@@ -378,7 +471,7 @@ void SurfaceField::render_rows(std::span<const RowRequest> rows, const RaySampli
   for (std::size_t first = 0; first < rows.size(); first += kRowsAtATime) {
     const auto some = rows.subspan(first, std::min(kRowsAtATime, rows.size() - first));
     Pass pass(some, sampling, *this);
-    pass.segments.integrate(pass.extinction_per_m, pass.brightness, Integrator::exact, pixels.first(pass.segments.n_pixels()));
+    pass.segments.integrate(pass.extinction_per_m, pass.brightness, Integrator::exact, pixels.first(pass.segments.n_pixels()), pass.bounce);
     pixels = pixels.subspan(pass.segments.n_pixels());
   }
 }

@@ -104,7 +104,7 @@ class SurfaceLearner : public FieldLearner {
   double bin_m_;
   SurfaceField field_;
   BrickLines lines_, albedo_lines_;
-  FlooredAdam adam_distance_, adam_albedo_, adam_exponent_, adam_directional_;
+  FlooredAdam adam_distance_, adam_albedo_, adam_exponent_, adam_bounce_, adam_directional_;
   int level_ = 0;             ///< halvings so far
   torch::Tensor least_m_;     ///< [n_voxels] the distance from the hull, less what the surface may lie outside of it
   torch::Tensor last_reach_;  ///< [n_voxels] number of the last step in which a ray's gradient reached the voxel; −1: none
@@ -145,13 +145,17 @@ SurfaceField empty_field(const TrainingSet& set, const CarvedVoxels& hull, const
 
 SurfaceLearner::SurfaceLearner(const TrainingSet& set, const SurfaceOptions& options, const CarvedVoxels& hull)
     : options_(options), bin_m_(set.finest_bin_m()), field_(empty_field(set, hull, options, bin_m_)), lines_(field_.topology()),
-      albedo_lines_(field_.albedo_topology()), adam_distance_(field_.distance), adam_albedo_(field_.log_albedo), adam_exponent_(field_.exponent), adam_directional_(field_.directional),
+      albedo_lines_(field_.albedo_topology()), adam_distance_(field_.distance), adam_albedo_(field_.log_albedo), adam_exponent_(field_.exponent), adam_bounce_(field_.log_bounce), adam_directional_(field_.directional),
       last_reach_(torch::full({field_.distance.numel()}, -1, torch::kLong)) {
   start_from(hull);
   least_m_ = field_.distance.detach() - options_.beyond_hull_bins * bin_m_;
   field_.set_sharpness(1.0 / (options_.initial_softness_bins * bin_m_));
   field_.refresh();
   match_albedo(set);
+  if (options_.bounce && field_.ground) {
+    field_.start_bounce();
+    adam_bounce_ = FlooredAdam(field_.log_bounce);
+  }
 }
 
 /// The distance from the hull. Over a ground the hull goes on below it: the ground hides a body's bottom, which is then no surface.
@@ -197,6 +201,7 @@ void SurfaceLearner::refine() {
   least_m_ = torch::maximum(refined_values(field_, least_m_, fine, far_m), fine.distance.detach() - kReach_bins * bin_m_);
   adam_distance_.refine(values, 0.125);  // a fine voxel has an eighth of a coarse one's weights
   adam_albedo_.refine(albedo, 1.0);
+  if (field_.has_bounce()) adam_bounce_.refine(albedo, 1.0);
   torch::Tensor last_reach = torch::full({fine.distance.numel()}, -1, torch::kLong);
   for (std::size_t v = 0; v < fine.n_voxels(); ++v) {
     const glm::ivec3 voxel = fine.topology().voxel(v);
@@ -306,8 +311,12 @@ void SurfaceLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& 
   ++steps_;
   if (field_.has_directional()) return follow(field_.directional, adam_directional_, rate * options_.directional_rate);
   move_surface(rate);
-  blur(albedo_lines_, albedo_smoothing_bins2_, field_.albedo_transform().voxel_size_m, numbers(field_.log_albedo.grad()));
-  follow(field_.log_albedo, adam_albedo_, rate * options_.albedo_rate);
+  const auto follow_albedo = [&](torch::Tensor& of, FlooredAdam& adam) {
+    blur(albedo_lines_, albedo_smoothing_bins2_, field_.albedo_transform().voxel_size_m, numbers(of.grad()));
+    follow(of, adam, rate * options_.albedo_rate);
+  };
+  follow_albedo(field_.log_albedo, adam_albedo_);
+  if (field_.has_bounce()) follow_albedo(field_.log_bounce, adam_bounce_);
   follow(field_.exponent, adam_exponent_, rate * options_.exponent_rate);
   field_.exponent.clamp_(0.0, kMostExponent);
 }
@@ -317,6 +326,7 @@ Archive SurfaceLearner::state() const {
   adam_distance_.save(archive, "distance");
   adam_albedo_.save(archive, "albedo");
   adam_exponent_.save(archive, "exponent");
+  if (field_.has_bounce()) adam_bounce_.save(archive, "bounce");
   if (field_.has_directional()) adam_directional_.save(archive, "directional");
   archive.tensors["least_distance"] = least_m_.clone();
   archive.tensors["extinction"] = torch::tensor(field_.cache().extinction_per_m());
@@ -334,6 +344,8 @@ void SurfaceLearner::restore(const Archive& archive, const std::string& where) {
   adam_distance_.restore(archive, "distance", where);
   adam_albedo_.restore(archive, "albedo", where);
   adam_exponent_.restore(archive, "exponent", where);
+  adam_bounce_ = FlooredAdam(field_.log_bounce);
+  if (field_.has_bounce()) adam_bounce_.restore(archive, "bounce", where);
   adam_directional_ = FlooredAdam(field_.directional);
   if (field_.has_directional()) adam_directional_.restore(archive, "directional", where);
   const auto take = [&](const char* name, torch::ScalarType type, torch::Tensor& to) {

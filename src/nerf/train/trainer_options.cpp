@@ -51,6 +51,7 @@ void for_each_mlp_option(Options& o, Visit&& visit) {
 template <class Options, class Visit>
 void for_each_surface_option(Options& o, Visit&& visit) {
   visit("voxel_size_m", o.voxel_size_m);
+  visit("bounce", o.bounce);
   visit("n_levels", o.n_levels);
   visit("shape_until", o.shape_until);
   visit("refined_by", o.refined_by);
@@ -145,11 +146,13 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   options.mlp.voxel_size_m = bin_m;
   options.mlp.shape.position_frequencies = suitable_frequencies(set.box_m, bin_m);
   options.surface.voxel_size_m = 0.5 * bin_m;
+  // Where poses are exact, sar_render made the images: it renders single bounces.
+  options.surface.bounce = set.ground && !set.exact_poses;
   if (field == "surface") {
     options.renderings = 2;
     options.final_rate = 0.1;
     options.misfit = 0.3;
-    options.error_bound = 3.0;
+    options.error_bound = 1.0;
   }
   if (field == "mlp") {
     options.rows_per_step = 10;

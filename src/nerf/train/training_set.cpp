@@ -37,14 +37,17 @@ float mean_of_brightest(const std::vector<PosedImage>& images) {
   return static_cast<float>(sum / static_cast<double>(n));
 }
 
-/// The widest view, in ground range.
-double ground_swath_m(const std::vector<PosedImage>& images) {
-  double most = 0.0;
+/// Height of objects whose shadows the images hold: in none does the shadow of a point above the aim point leave the swath. Nor is
+/// it more than a fraction of the widest swath, in ground range.
+double object_height_m(const std::vector<PosedImage>& images, double swath_fraction) {
+  double swath_m = 0.0, shadow_m = std::numeric_limits<double>::infinity();
   for (const PosedImage& image : images) {
     const Acquisition& a = image.acquisition;
-    most = std::max(most, a.n_range * a.range_spacing_m / std::sin(a.incidence_rad));
+    const double in_ground_range_m = a.n_range * a.range_spacing_m / std::sin(a.incidence_rad);
+    swath_m = std::max(swath_m, in_ground_range_m);
+    shadow_m = std::min(shadow_m, 0.5 * in_ground_range_m / std::tan(a.incidence_rad));
   }
-  return most;
+  return std::min(swath_fraction * swath_m, shadow_m);
 }
 
 /// Whether four fifths of the pixels are tails, below this level. Without a weighting window, sidelobes above −40 dB cover
@@ -121,7 +124,7 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   else if (height_m) set.box_m.min.y = *height_m;
   if (set.ground) {
     if (set.ground->speckled || heights.above_ground_m) {
-      const double above_m = heights.above_ground_m.value_or(ground_rule.object_height_fraction * ground_swath_m(set.images));
+      const double above_m = heights.above_ground_m.value_or(object_height_m(set.images, ground_rule.object_height_fraction));
       set.box_m.max.y = std::min(set.box_m.max.y, set.box_m.min.y + above_m);
     }
   } else if (const auto tail = static_cast<float>(ground_rule.tail_level) * set.peak;
