@@ -81,6 +81,9 @@ Json score_json(const SurfaceScore& s) {
           {"visible", distances_json(s.visible)},
           {"visible_normal_error_deg", s.normal_error_rad * 180.0 / std::numbers::pi},
           {"visible_fraction", s.visible_fraction},
+          {"completeness_alone_m", s.completeness_alone_m},
+          {"completeness_laid_over_m", s.completeness_laid_over_m},
+          {"laid_over_fraction", s.laid_over_fraction},
           {"column_spacing_m", s.column_spacing_m}};
 }
 
@@ -236,6 +239,11 @@ std::string table_text(const Scores& scores) {
   std::vector<std::vector<std::string>> rows{row("extracted", scores.extracted)};
   if (scores.carved) rows.push_back(row("carving alone", *scores.carved));
   std::string text = markdown_table(columns, rows);
+  const SurfaceScore& s = scores.extracted;
+  if (!std::isnan(s.laid_over_fraction))
+    text += format("visible true surface to the body: %s m where some view sees it alone, %s m in layover (%.0f %% of it)\n",
+                   number(s.completeness_alone_m, "%.3f").c_str(), number(s.completeness_laid_over_m, "%.3f").c_str(),
+                   100.0 * s.laid_over_fraction);
   if (scores.truth_volume.volume == TruthVolume::none) text += "no volumes of the truth: " + scores.truth_volume.reason + "\n";
   return text;
 }

@@ -2,6 +2,7 @@
 #include "sarnerf/bake/score.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <map>
@@ -302,6 +303,34 @@ void score_boxes(const Box& extracted, const Box& truth, SurfaceScore& score) {
   score.box_max_error_m = extracted.max - truth.max;
 }
 
+/// Rays that layover costs at most, and the samples that pixels need.
+constexpr std::size_t kMostLayoverRays = 4'000'000, kLeastLayoverSamples = 10'000;
+
+/// The visible distances from the truth, apart for what lies in layover in every view: on every k-th sample.
+void score_layover(const Side& truth, const Sight& sight, std::span<const double> distance_m, std::span<const Acquisition> views,
+                   const Monitor& monitor, SurfaceScore& score) {
+  if (views.empty() || distance_m.empty()) return;
+  const std::size_t n_wanted = std::max(kLeastLayoverSamples, kMostLayoverRays / views.size());
+  const std::size_t stride = std::max<std::size_t>(1, truth.samples.size() / n_wanted);
+  std::vector<SurfaceSample> some;
+  std::vector<double> of_some;
+  for (std::size_t m = 0; m < truth.samples.size(); m += stride) {
+    if (truth.seen[m] == 0) continue;
+    some.push_back(truth.samples[m]);
+    of_some.push_back(distance_m[m]);
+  }
+  if (some.empty()) return;
+  const std::vector<std::uint8_t> alone = sight.seen_alone(some, views, monitor);
+  std::array<double, 2> sum_m{}, n{};
+  for (std::size_t m = 0; m < some.size(); ++m) {
+    sum_m[alone[m]] += of_some[m];
+    n[alone[m]] += 1.0;
+  }
+  if (n[1] > 0.0) score.completeness_alone_m = sum_m[1] / n[1];
+  if (n[0] > 0.0) score.completeness_laid_over_m = sum_m[0] / n[0];
+  score.laid_over_fraction = n[0] / (n[0] + n[1]);
+}
+
 void score_distances(Side& extracted, Side& truth, std::span<const Acquisition> views, const ScoreOptions& options,
                      SurfaceScore& score) {
   for (Side* side : {&extracted, &truth}) {
@@ -317,6 +346,7 @@ void score_distances(Side& extracted, Side& truth, std::span<const Acquisition> 
   if (!angle_rad.empty()) score.normal_error_rad = median(std::move(angle_rad));
   score.visible_fraction = seen_fraction(truth);
   score.extracted_visible_fraction = seen_fraction(extracted);
+  score_layover(truth, Sight(truth.mesh, truth.box_m, truth.n_solid), from_truth.distance_m, views, options.monitor, score);
 }
 
 /// Statistics of winding numbers in a truth's box.

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "sarnerf/core/parallel.h"
 
@@ -157,6 +158,45 @@ std::vector<std::uint8_t> Sight::seen(std::span<const SurfaceSample> samples, st
                                       const Monitor& monitor) const {
   return by_any(samples, views, monitor, "testing what views see",
                 [&](const View& view, const SurfaceSample& sample) { return sees(view, sample); });
+}
+
+std::vector<std::uint8_t> Sight::seen_alone(std::span<const SurfaceSample> samples, std::span<const Acquisition> views,
+                                            const Monitor& monitor) const {
+  struct Place {
+    std::int64_t pixel = -1;  ///< −1: the view does not see the sample
+    double elevation_m = 0.0;
+    std::size_t sample = 0;
+  };
+  std::vector<std::uint8_t> alone(samples.size(), 0);
+  std::vector<Place> places(samples.size());
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    monitor.check();
+    monitor.report("testing what is laid over", v, views.size());
+    const View view{views[v], radar_frame(views[v])};
+    const Acquisition& a = view.acquisition;
+    parallel_for(samples.size(), 1024, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t n = begin; n < end; ++n) {
+        places[n] = {-1, 0.0, n};
+        if (!sees(view, samples[n])) continue;
+        const RadarPoint p = project(a, view.frame, samples[n].point_m);
+        const auto row = static_cast<std::int64_t>(std::floor(p.along_track_m / a.azimuth_spacing_m + 0.5 * a.n_azimuth));
+        const auto bin = static_cast<std::int64_t>(std::floor(p.range_offset_m / a.range_spacing_m + 0.5 * a.n_range));
+        places[n] = {row * a.n_range + bin, p.ray_angle_rad * (a.slant_range_m + p.range_offset_m), n};
+      }
+    });
+    std::sort(places.begin(), places.end(), [](const Place& x, const Place& y) {
+      return std::tie(x.pixel, x.elevation_m, x.sample) < std::tie(y.pixel, y.elevation_m, y.sample);
+    });
+    const double gap_m = std::max(a.range_spacing_m, a.azimuth_spacing_m);
+    for (std::size_t first = 0, end; first < places.size(); first = end) {
+      bool apart = false;
+      for (end = first + 1; end < places.size() && places[end].pixel == places[first].pixel; ++end)
+        apart |= places[end].elevation_m - places[end - 1].elevation_m > gap_m;
+      if (places[first].pixel < 0 || apart) continue;
+      for (std::size_t n = first; n < end; ++n) alone[places[n].sample] = 1;
+    }
+  }
+  return alone;
 }
 
 std::vector<std::uint8_t> Sight::reached(std::span<const glm::dvec3> points_m, std::span<const Acquisition> views,

@@ -45,6 +45,12 @@ class Sight {
   std::vector<std::uint8_t> seen(std::span<const SurfaceSample> samples, std::span<const Acquisition> views,
                                  const Monitor& monitor) const;
 
+  /// Per sample, 1 when some view sees it alone: in its pixel, no gap of more than a pixel's width separates the samples that the view
+  /// sees there in elevation (perpendicular to the ray). Elsewhere two surfaces, or more, are laid over one another. Samples must be
+  /// dense: several in a pixel. Throws Interrupted on request. Cost: a ray per sample and view.
+  std::vector<std::uint8_t> seen_alone(std::span<const SurfaceSample> samples, std::span<const Acquisition> views,
+                                       const Monitor& monitor) const;
+
   /// Per point, 1 when some view's ray reaches it and meets no surface before. Throws Interrupted on request. Cost as for seen().
   std::vector<std::uint8_t> reached(std::span<const glm::dvec3> points_m, std::span<const Acquisition> views,
                                     const Monitor& monitor) const;

@@ -71,6 +71,25 @@ TEST_CASE("the wall that a view sees is the one that faces it", "[visible]") {
   CHECK(back.visible.accuracy_m == Approx(8.0 * 0.5 / (kFront + 56.0)).epsilon(0.02));
 }
 
+TEST_CASE("distances are given apart for what is laid over in every view", "[visible]") {
+  // At 45 degrees the wall, 4 m high, and the first 4 m of the roof share their bins. In the bin of their common edge, 0 to 0.4 m from
+  // it in slant range, there is no gap of a pixel between them: nor in the next one, if the edge lies at its border.
+  const double edge = 8.0 * 0.6 * std::numbers::sqrt2;
+  const SurfaceScore same = against_itself(kBox, {view_from(0)});
+  CHECK(same.laid_over_fraction == Approx((2.0 * kFront - 2.0 * edge) / (kFront + kTop)).margin(0.05));
+  // From four sides some view sees each point of the roof alone, and none the walls.
+  const double edges = edge * 28.0 / 8.0;
+  CHECK(against_itself(kBox, kFourSides).laid_over_fraction ==
+        Approx((2.0 * (kFront + kSide) - edges) / (2.0 * (kFront + kSide) + kTop)).margin(0.05));
+  // The wall is 0.2 m from the extracted one, or a little less near its borders; the roof is the same.
+  ScoreOptions options;
+  options.n_samples = 20'000;
+  const SurfaceScore s = score(box_mesh({-4, 0, -3}, {4, 4, 3.2}), solid_truth(kBox), std::vector{view_from(0)}, options);
+  CHECK(s.completeness_laid_over_m == Approx(0.5 * 0.2).epsilon(0.1));
+  CHECK(s.completeness_alone_m < 0.5 * s.completeness_laid_over_m);
+  CHECK(std::isnan(score(kBox, solid_truth(kBox), {}, options).laid_over_fraction));
+}
+
 TEST_CASE("a swath that misses the box sees nothing and one that holds half of it half", "[visible]") {
   Acquisition beside = view_from(0);
   beside.aim_m = {100, 0, 0};

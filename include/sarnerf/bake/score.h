@@ -110,6 +110,10 @@ struct SurfaceScore {
 
   SurfaceDistances whole;    ///< over the parts of both surfaces that are not buried
   SurfaceDistances visible;  ///< over the parts of these that some view sees
+  /// Mean distances from the visible true surface to the extracted one: where some view sees it alone, and where two surfaces or more
+  /// share its pixel in every view that sees it (layover). `laid_over_fraction`: by area, of the visible true surface.
+  double completeness_alone_m = kNotMeasured, completeness_laid_over_m = kNotMeasured;
+  double laid_over_fraction = kNotMeasured;
   /// Median angle (rad) between the normals of the true surface, where some view sees it, and of the extracted one at the nearest
   /// point.
   double normal_error_rad = kNotMeasured;

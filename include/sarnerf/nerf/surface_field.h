@@ -18,6 +18,7 @@ namespace sarnerf {
 /// How the field `surface` is laid out and learned. Bins are range bins of the finest image.
 struct SurfaceOptions {
   double voxel_size_m = 0.15;
+  std::string start = "hull";      ///< the first body: the carved hull, its bounding "box", or the "sphere" around that
   bool bounce = false;             ///< over a ground: double bounces by it (SurfaceField::start_bounce)
   int n_levels = 2;                ///< initial voxels are 2^(n_levels − 1) times as large, and are halved during the training
   /// Progress of the training at which the shape is complete. Then its distance, albedo and exponent stay as they are, and the

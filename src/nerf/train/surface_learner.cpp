@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -366,8 +367,46 @@ void SurfaceLearner::restore(const Archive& archive, const std::string& where) {
 
 }  // namespace
 
+namespace {
+
+/// The voxels of the first body, in place of the hull's.
+CarvedVoxels start_of(const std::string& start, CarvedVoxels hull, const GridTransform& transform, double ground_height_m) {
+  if (start == "hull") return hull;
+  if (start != "box" && start != "sphere") throw UsageError("start: expected hull, box or sphere, found '" + start + "'");
+  glm::ivec3 low(std::numeric_limits<int>::max()), high(std::numeric_limits<int>::min());
+  for (std::size_t v = 0; v < hull.active.size(); ++v) {
+    if (hull.active[v] == 0) continue;
+    low = glm::min(low, hull.topology.voxel(v));
+    high = glm::max(high, hull.topology.voxel(v));
+  }
+  if (low.x > high.x) return hull;
+  const glm::dvec3 centre = 0.5 * glm::dvec3(low + high), half = 0.5 * glm::dvec3(high - low) + 0.5;
+  const double radius = start == "sphere" ? glm::length(half) : 0.0;
+  if (start == "sphere") {
+    low = glm::ivec3(glm::floor(centre - radius));
+    high = glm::ivec3(glm::ceil(centre + radius));
+  }
+  CarvedVoxels body;
+  for (int x = low.x; x <= high.x; ++x)
+    for (int y = low.y; y <= high.y; ++y)
+      for (int z = low.z; z <= high.z; ++z) {
+        const glm::dvec3 voxel(x, y, z);
+        if (start == "sphere" && glm::length(voxel - centre) > radius) continue;
+        if (transform.world_from_index(voxel).y <= ground_height_m) continue;
+        const std::uint32_t brick = body.topology.insert(brick_of_voxel({x, y, z}));
+        body.active.resize(body.topology.n_bricks() * kBrickVoxels, 0);
+        body.active[std::size_t{brick} * kBrickVoxels + static_cast<std::size_t>(offset_in_brick({x, y, z}))] = 1;
+      }
+  return body;
+}
+
+}  // namespace
+
 std::unique_ptr<FieldLearner> make_surface_learner(const TrainingSet& set, const SurfaceOptions& options, const Monitor& monitor) {
-  return std::make_unique<SurfaceLearner>(set, options, carve(set, grid_transform(set, first_voxel_m(options)), monitor));
+  const GridTransform transform = grid_transform(set, first_voxel_m(options));
+  const double ground_height_m = set.ground ? set.ground->plane->height_m : -std::numeric_limits<double>::infinity();
+  return std::make_unique<SurfaceLearner>(
+      set, options, start_of(options.start, carve(set, transform, monitor), transform, ground_height_m));
 }
 
 }  // namespace sarnerf

@@ -51,6 +51,7 @@ void for_each_mlp_option(Options& o, Visit&& visit) {
 template <class Options, class Visit>
 void for_each_surface_option(Options& o, Visit&& visit) {
   visit("voxel_size_m", o.voxel_size_m);
+  visit("start", o.start);
   visit("bounce", o.bounce);
   visit("n_levels", o.n_levels);
   visit("shape_until", o.shape_until);
