@@ -221,14 +221,14 @@ std::string learning_tables(const LearningStudy& study) {
   for (const double level_db : kLevels_db)
     columns.push_back({format("%g dB", level_db), Align::right});
   // Time to the best score of the paper's method, whatever that was.
-  double plain_db = -std::numeric_limits<double>::infinity();
+  double paper_db = -std::numeric_limits<double>::infinity();
   for (const LearningRun& run : study.runs) {
-    if (run.field != "plain") continue;
-    for (const LearningPoint& p : run.points) plain_db = std::max(plain_db, p.psnr_db);
+    if (run.field != "paper") continue;
+    for (const LearningPoint& p : run.points) paper_db = std::max(paper_db, p.psnr_db);
   }
-  if (std::isfinite(plain_db)) {
-    levels_db.push_back(plain_db);
-    columns.push_back({format("%.2f dB, plain's best", plain_db), Align::right});
+  if (std::isfinite(paper_db)) {
+    levels_db.push_back(paper_db);
+    columns.push_back({format("%.2f dB, paper's best", paper_db), Align::right});
   }
   std::vector<std::vector<std::string>> rows;
   for (const std::string& field : fields_of(study)) {

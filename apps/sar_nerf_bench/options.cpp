@@ -21,22 +21,20 @@ constexpr const char* kDescription =
 
 constexpr const char* kFooter =
     "Fields:\n"
-    "  grid, surface, mlp  as sar_nerf_train learns them by default. Rates and resolution follow the share of the\n"
+    "  grid, surface, mlp, paper  as sar_nerf_train learns them by default. Rates and resolution follow the share of the\n"
     "             planned time that is over, so each time of --time is a run of its own\n"
-    "  plain      the paper's way in plain LibTorch: whole-image steps, nothing skipped. Its runs differ in\n"
-    "             nothing but where they end: one is enough\n"
     "Examples:\n"
     "  sar_nerf_bench cuboid/ --against cuboid_test/ -o study\n"
     "  sar_nerf_bench cuboid/ --against cuboid_test/ --fields grid,mlp --time 3s,10s,30s --seeds 3\n"
-    "  sar_nerf_bench cuboid/ --against cuboid_test/ --time grid=2s,10s --time mlp=1m,10m --time plain=1h\n"
+    "  sar_nerf_bench cuboid/ --against cuboid_test/ --time grid=2s,10s --time mlp=1m,10m --time paper=1h\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 130 interrupted.";
 
-const std::vector<std::string> kFields{"grid", "surface", "mlp", "plain"};
+const std::vector<std::string> kFields{"grid", "surface", "mlp", "paper"};
 
 const std::map<std::string, std::vector<double>> kTimes_s{
-    {"grid", {2, 5, 10, 30}}, {"surface", {5, 10, 30}}, {"mlp", {20, 60, 300}}, {"plain", {600}}};
+    {"grid", {2, 5, 10, 30}}, {"surface", {5, 10, 30}}, {"mlp", {20, 60, 300}}, {"paper", {600}}};
 const std::map<std::string, std::vector<double>> kQuickTimes_s{
-    {"grid", {2, 5}}, {"surface", {5}}, {"mlp", {15}}, {"plain", {30}}};
+    {"grid", {2, 5}}, {"surface", {5}}, {"mlp", {15}}, {"paper", {30}}};
 
 std::vector<std::string> parts_of(const std::string& text) {
   std::vector<std::string> parts;

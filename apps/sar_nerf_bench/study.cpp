@@ -12,10 +12,11 @@
 
 #include "learning.h"
 #include "nerf_common.h"
-#include "plain_learner.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/metrics.h"
 #include "sarnerf/evaluation/evaluation.h"
+#include "sarnerf/nerf/trainer.h"
+#include "torch_setup.h"
 
 namespace sarnerf::bench {
 
@@ -119,11 +120,18 @@ std::string title_of(const LearningRun& run) {
   return text;
 }
 
+Trainer trainer_of(const std::string& field, TrainingSet set, std::uint64_t seed) {
+  app::use_torch_threads(field == "mlp" || field == "paper" ? thread_count() : 1);
+  TrainerOptions options = default_options(set, field, Schedule::clock);
+  options.seed = seed;
+  return Trainer(std::move(set), options);
+}
+
 LearningRun learn(LearningRun run, const Material& material, const Judge& judge,
                   const Loading& loading, app::Console& console, const Monitor& monitor) {
   const std::string title = title_of(run);
   WorkClock clock(loading.seconds, loading.cpu_seconds);
-  const auto contestant = make_contestant(run.field, material.read(monitor), run.seed);
+  Trainer trainer = trainer_of(run.field, material.read(monitor), run.seed);
   run.start_s = clock.seconds();
   double scored_s = 0.0, next_s = 0.0, step_s = 0.0;
   std::int64_t n_steps = 0;
@@ -131,7 +139,7 @@ LearningRun learn(LearningRun run, const Material& material, const Judge& judge,
   for (bool ended = false; !ended;) {
     const double before_s = clock.seconds();
     try {
-      contestant->step(std::min(before_s / run.planned_s, std::nextafter(1.0, 0.0)));
+      trainer.step(std::min(before_s / run.planned_s, std::nextafter(1.0, 0.0)));
     } catch (const NumericsError& e) {
       run.diverged = e.what();
       return run;
@@ -145,7 +153,7 @@ LearningRun learn(LearningRun run, const Material& material, const Judge& judge,
     if (ended || clock.seconds() >= next_s) {
       const double begin_s = WorkClock::now_s();
       const double psnr_db = judge.psnr_db(
-          [&](const Acquisition& view) { return contestant->render(view); });
+          [&](const Acquisition& view) { return render_view(trainer.field(), view); });
       run.points.push_back({clock.seconds(), clock.cpu_seconds(), n_steps, psnr_db});
       scored_s += WorkClock::now_s() - begin_s;
       next_s = std::max(kScoreEvery * clock.seconds(), run.start_s + scored_s);

@@ -148,7 +148,10 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   refuse_beyond_memory(o, all);
 
   data.fingerprint = dataset_fingerprint(o.dataset, data.dataset, monitor);
-  const bool registers = o.registers.value_or(!data.dataset.exact_poses);
+  const bool literal = o.field == "paper";
+  if (literal && o.registers.value_or(false))
+    throw UsageError("--register on: --field paper is the method of the paper, which shifts no views; leave it out, or take another field");
+  const bool registers = !literal && o.registers.value_or(!data.dataset.exact_poses);
   std::vector<PosedImage> images = load_images(o.dataset, data.dataset, training, monitor);
   const std::optional<Resolution> resolution = usable_resolution(o, data.dataset, console);
   if (registers) {
@@ -159,6 +162,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   } else {
     data.set = training_set(std::move(images), data.dataset.scene_box_m, o.heights, resolution);
   }
+  if (literal) data.set = images_alone(std::move(data.set));
   if (!held_out.empty()) data.validation = load_images(o.dataset, data.dataset, held_out, monitor);
   if (!unseen.empty()) {
     auto more = load_images(o.against, other, unseen, monitor);

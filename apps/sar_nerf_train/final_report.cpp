@@ -375,6 +375,11 @@ std::vector<std::pair<std::string, std::string>> left_out(const Options& o, cons
   if (o.patience > 0.0 && data.validation.empty())
     list.emplace_back("early end", "needs held-out views (--holdout, --against)");
   if (o.lpips.empty()) list.emplace_back("LPIPS", "no weights given (--lpips FILE, docs/guide/lpips.md)");
+  if (o.field == "paper") {
+    list.emplace_back("rays that miss the scene's box, and samples outside of it", "the paper samples the box alone");
+    list.emplace_back("ground, impulse response, shifts of views", "the method of the paper has none of them");
+    return list;
+  }
   list.emplace_back("azimuth rows without occupied voxels", "neither rendered nor learned from: they contribute nothing");
   list.emplace_back(
       "empty space",
@@ -398,12 +403,12 @@ std::string explain(const Options& o, const Data& data, const Trainer& trainer) 
   line("field",
        std::string(trainer.field().kind()) + ", to begin with " + trainer.field().size_text());
   if (!data.field_choice.empty()) line("chosen", data.field_choice);
-  line("background", background_text(trainer.set()));
+  if (o.field != "paper") line("background", background_text(trainer.set()));
   if (trainer.set().resolution)
     line("impulse response", resolution_text(*trainer.set().resolution) +
                                  (trainer.set().deconvolved.empty() ? ": applied to rendered views and, transposed, to the gradients"
                                                                 : ": images are deconvolved; it is applied to rendered views"));
-  if (!trainer.set().resolution && o.resolution.or_else(data.dataset.resolution))
+  if (o.field != "paper" && !trainer.set().resolution && o.resolution.or_else(data.dataset.resolution))
     line("impulse response", "left out: fewer than six speckled views do not determine a ground, or the spacing is too coarse for it");
   line("loss", loss_text(trainer.set(), trainer.options()));
   line("until", o.time_s ? format("%.4g s after the program's start", *o.time_s)

@@ -56,13 +56,13 @@ TEST_CASE("sar_nerf_bench writes curve and tables of every contestant") {
     }
   }
   CHECK(runs == std::vector<std::string>{"grid 1.0 1", "grid 1.0 2", "grid 2.0 1", "grid 2.0 2", "mlp 2.0 1",
-                                         "mlp 2.0 2", "plain 2.0 1", "plain 2.0 2"});
+                                         "mlp 2.0 2", "paper 2.0 1", "paper 2.0 2"});
 
   CHECK(study.out == read_text(scene / "study/learning.md"));
-  for (const char* piece : {"| seconds to ", "| grid ", "| mlp ", "| plain ", "plain's best", "Best baseline: "})
+  for (const char* piece : {"| seconds to ", "| grid ", "| mlp ", "| plain ", "paper's best", "Best baseline: "})
     CHECK(study.out.find(piece) != std::string::npos);
   const std::string picture = read_text(scene / "study/learning.svg");
-  for (const char* piece : {"<svg", "grid, each run", "mlp, one run", "plain, one run", "interpolation"})
+  for (const char* piece : {"<svg", "grid, each run", "mlp, one run", "paper, one run", "interpolation"})
     CHECK(picture.find(piece) != std::string::npos);
   CHECK(read_text(scene / "study/learning.png").substr(1, 3) == "PNG");
 

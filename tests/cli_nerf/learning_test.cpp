@@ -21,7 +21,7 @@ LearningRun run_of(const std::string& field, double planned_s, std::uint64_t see
   return run;
 }
 
-/// Two seeds of `grid`, each planned for 4 and for 16 s, and one run of `plain`.
+/// Two seeds of `grid`, each planned for 4 and for 16 s, and one run of `paper`.
 LearningStudy small_study() {
   LearningStudy study;
   study.n_training_views = 36;
@@ -31,7 +31,7 @@ LearningStudy small_study() {
                 run_of("grid", 4.0, 2, {{2.0, 25.0}, {4.0, 36.0}}),
                 run_of("grid", 16.0, 1, {{1.0, 20.0}, {16.0, 46.0}}),
                 run_of("grid", 16.0, 2, {{16.0, 44.0}}),
-                run_of("plain", 100.0, 1, {{50.0, 12.0}, {100.0, 30.0}})};
+                run_of("paper", 100.0, 1, {{50.0, 12.0}, {100.0, 30.0}})};
   return study;
 }
 
@@ -79,7 +79,7 @@ TEST_CASE("the tables tell of runs that diverged and of equal quality") {
   study.runs.push_back(run_of("mlp", 9.0, 1, {}));
   study.runs.back().diverged = "the loss is not finite";
   const std::string text = learning_tables(study);
-  CHECK(text.find("30.00 dB, plain's best") != std::string::npos);
+  CHECK(text.find("30.00 dB, paper's best") != std::string::npos);
   CHECK(text.find("38.00 (36.00 to 40.00)") != std::string::npos);
   CHECK(text.find("diverged") != std::string::npos);
   CHECK(text.find("Best baseline: linear, 33.00 dB.") != std::string::npos);

@@ -44,7 +44,7 @@ class LearnedField {
  public:
   virtual ~LearnedField() = default;
 
-  /// "grid", "mlp" or "surface".
+  /// "grid", "mlp", "paper" or "surface".
   virtual std::string_view kind() const = 0;
 
   /// β⁰ of azimuth rows, concatenated, [Σ n_range] float32, differentiable by the parameters. The field must not change

@@ -13,7 +13,7 @@
 
 namespace sarnerf {
 
-/// How the field `mlp` is laid out and learned.
+/// How the fields `mlp` and `paper` are laid out and learned.
 struct MlpOptions {
   MlpShape shape;
   double voxel_size_m = 0.3;        ///< of the occupancy grid, which determines where rays are sampled
@@ -25,6 +25,7 @@ struct MlpOptions {
       0.02;                ///< voxels are not sampled if they and their neighbours have less two-way depth
   int refresh_steps = 20;  ///< steps between two refreshes of the occupancy grid
   std::string integrator = "exact";  ///< or "paper-gated"
+  bool literal = false;              ///< the field `paper` (MlpUnits::literal); then nothing is carved nor removed
 };
 
 /// Interpretation of the network's outputs: see MlpField.
@@ -32,6 +33,7 @@ struct MlpUnits {
   double reference_bin_m = 1.0;  ///< Δ_ref, the training images' range bin
   double source_scale = 1.0;     ///< s
   Integrator integrator = Integrator::exact;
+  bool literal = false;            ///< the field `paper`: see MlpField
 };
 
 /// The field `mlp` of SAR-NeRF (printed eqs. 25–30): a network of point and direction,
@@ -47,6 +49,12 @@ struct MlpUnits {
 /// negative; the encoding begins with the point itself and is normalised by a cube around the scene's box, so that its waves
 /// are equally long along all axes; and the number of frequencies follows from the range bin (suitable_frequencies()).
 ///
+/// **The field `paper`** (`literal`) is the same network with none of these departures: Î = tanh(σ) e^(−Σ σ) S_r with σ =
+/// ReLU(σ_r), the sum inclusive, S_r as the network gives it; its encoding has no more than eq. 25's sines and cosines (the weights
+/// of the point itself are 0 and stay so); rays are those of an even fan over the scene's box, as many as the image has bins, one in
+/// the centre of each row, with one sample in the centre of each bin inside of the box; all of the box is sampled. What the paper leaves open
+/// (sizes, L, optimiser) is as in `mlp`, with L = 10. Printed signs: σ ≤ 0 there.
+///
 /// The frame is world axes centred on the aim point.
 class MlpField : public LearnedField {
  public:
@@ -54,7 +62,7 @@ class MlpField : public LearnedField {
   MlpField(MlpNetwork network, const MlpUnits& units, const GridTransform& transform,
            CarvedVoxels voxels);
 
-  std::string_view kind() const override { return "mlp"; }
+  std::string_view kind() const override { return units_.literal ? "paper" : "mlp"; }
   torch::Tensor render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const override;
   void render_rows(std::span<const RowRequest> rows, const RaySampling& sampling,
                    std::span<float> pixels) const override;

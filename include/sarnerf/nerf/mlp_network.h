@@ -69,6 +69,10 @@ struct MlpNetwork {
 /// seed gives the same weights everywhere. Throws UsageError for an empty or flat box and for impossible sizes.
 MlpNetwork make_mlp_network(const MlpShape& shape, const Box& box_m, std::uint64_t seed);
 
+/// Sets to 0 what belongs to an encoded vector itself, in a network's parameters or in their gradient: printed eq. 27 has sines and
+/// cosines alone.
+void clear_identity(const MlpShape& shape, const torch::Tensor& of_parameters);
+
 /// [n_samples] each, of the parameters' type.
 struct MlpOutput {
   torch::Tensor sigma_raw;  ///< σ_r

@@ -19,7 +19,7 @@ namespace sarnerf {
 
 /// How a field is learned. Lengths along and between rays are in voxels of the field.
 struct TrainerOptions {
-  std::string field = "grid";  ///< or "mlp", "surface"
+  std::string field = "grid";  ///< or "mlp", "paper", "surface"
   GridOptions grid;            ///< of the field `grid`
   MlpOptions mlp;              ///< of the field `mlp`
   SurfaceOptions surface;      ///< of the field `surface`

@@ -67,6 +67,9 @@ struct SceneHeights {
 TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights = {},
                          const std::optional<Resolution>& resolution = {}, const GroundRule& ground_rule = {});
 
+/// The set for the field `paper`, which knows images alone: without ground, impulse response, deconvolved images and shifts.
+TrainingSet images_alone(TrainingSet set);
+
 /// The set without the views at these indices, ascending. All that was estimated from all views stays: box, ground, brightness.
 TrainingSet without_views(const TrainingSet& set, std::span<const std::size_t> views);
 

@@ -124,7 +124,8 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
   require(size.x > 0.0 && size.y > 0.0 && size.z > 0.0 && std::isfinite(glm::dot(size, size)),
           "its box is empty or not finite");
   const GridTransform transform = transform_of(text, where);
-  MlpUnits units{number("reference_bin_m"), number("source_scale"), Integrator::exact};
+  MlpUnits units{number("reference_bin_m"), number("source_scale"), Integrator::exact,
+                 member<std::string>(text, "kind", where) == "paper"};
   require(units.reference_bin_m > 0.0 && std::isfinite(units.reference_bin_m) &&
               units.source_scale >= 0.0 && std::isfinite(units.source_scale),
           "its range bin or the scale of its brightness is impossible");

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include <torch/csrc/autograd/custom_function.h>
 
@@ -26,6 +28,21 @@ Box cube_around(const Box& box_m) {
   const glm::dvec3 size = box_m.size(), centre = box_m.centre();
   const glm::dvec3 half(0.5 * std::max({size.x, size.y, size.z}));
   return {centre - half, centre + half};
+}
+
+/// All voxels of a scene's box.
+CarvedVoxels voxels_of_box(const Box& box_m, const GridTransform& transform) {
+  const glm::ivec3 first = glm::ivec3(glm::floor(transform.index_from_world(box_m.min)));
+  const glm::ivec3 last = glm::ivec3(glm::ceil(transform.index_from_world(box_m.max)));
+  CarvedVoxels all;
+  for (int x = first.x; x <= last.x; ++x)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int z = first.z; z <= last.z; ++z) {
+        const std::uint32_t brick = all.topology.insert(brick_of_voxel({x, y, z}));
+        all.active.resize(all.topology.n_bricks() * kBrickVoxels, 0);
+        all.active[std::size_t{brick} * kBrickVoxels + static_cast<std::size_t>(offset_in_brick({x, y, z}))] = 1;
+      }
+  return all;
 }
 
 void check(const MlpOptions& o) {
@@ -59,7 +76,7 @@ MlpField::Values MlpField::evaluate(std::span<const glm::vec3> point_m,
                                     std::span<const std::uint32_t> ray_begin) const {
   const MlpOutput out = mlp_forward(network_, point_m, ray_direction, ray_begin, kernel_);
   return {out.sigma_raw.relu() * (0.5 / units_.reference_bin_m),
-          torch::softplus(out.s_raw) * units_.source_scale};
+          (units_.literal ? out.s_raw : torch::softplus(out.s_raw)) * units_.source_scale};
 }
 
 void MlpField::refresh(double least_depth) {
@@ -94,15 +111,16 @@ int suitable_frequencies(const Box& scene_box_m, double bin_m) {
 MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor) {
   check(options);
   const GridTransform transform = grid_transform(set, options.voxel_size_m);
-  CarvedVoxels carved = carve(set, transform, monitor);
-  const MlpUnits units{set.finest_bin_m(), double{set.bright}, integrator_from_name(options.integrator)};
+  CarvedVoxels carved = options.literal ? voxels_of_box(set.box_m, transform) : carve(set, transform, monitor);
+  const MlpUnits units{set.finest_bin_m(), double{set.bright}, integrator_from_name(options.integrator), options.literal};
   MlpNetwork network = make_mlp_network(options.shape, cube_around(set.box_m), seed);
   // A ReLU that is 0 everywhere would stay so. Space therefore begins as fog, with variations by the random weights.
   for (const MlpLayer& layer : mlp_layers(options.shape)) {
     if (layer.name == "sigma") network.bias(layer).fill_(options.initial_depth);
     if (layer.name == "s")
-      network.bias(layer).fill_(std::log(std::expm1(options.initial_brightness)));
+      network.bias(layer).fill_(options.literal ? options.initial_brightness : std::log(std::expm1(options.initial_brightness)));
   }
+  if (options.literal) clear_identity(options.shape, network.parameters);
   MlpField field(std::move(network), units, transform, std::move(carved));
   if (set.ground) field.ground = set.ground->plane;
   field.resolution = set.resolution;
@@ -113,6 +131,13 @@ namespace {
 
 /// Rows that are rendered at a time without gradients: bounds the memory.
 constexpr std::size_t kRowsAtATime = 8;
+
+/// The rows as the paper samples them.
+std::vector<RowRequest> on_fixed_lattice(std::span<const RowRequest> rows, const Box& box_m) {
+  std::vector<RowRequest> fixed(rows.begin(), rows.end());
+  for (RowRequest& row : fixed) row.even = make_fan(angular_extent(row.acquisition, box_m), row.acquisition.n_range);
+  return fixed;
+}
 
 /// State of the forward pass that the backward pass needs.
 struct Pass : torch::CustomClassHolder {
@@ -150,7 +175,16 @@ struct IntegrateRows : torch::autograd::Function<IntegrateRows> {
 
 }  // namespace
 
-torch::Tensor MlpField::render_rows(std::span<const RowRequest> rows, const RaySampling& sampling) const {
+torch::Tensor MlpField::render_rows(std::span<const RowRequest> rows, const RaySampling& asked) const {
+  RaySampling sampling = asked;
+  std::vector<RowRequest> fixed;
+  if (units_.literal) {
+    rows = fixed = on_fixed_lattice(rows, occupied_box_m());
+    sampling.sub_rows = 1;
+    sampling.deposit = Deposit::in_bin;
+    sampling.longest_m = std::numeric_limits<double>::infinity();
+    sampling.end_depth = std::numeric_limits<double>::infinity();
+  }
   const auto pass = c10::make_intrusive<Pass>(rows, sampling, *this);
   const RowSegments& s = pass->segments;
   const Values values = evaluate(s.point_m(), s.ray_direction(), s.ray_begin());

@@ -67,6 +67,20 @@ std::int64_t mlp_parameter_count(const MlpShape& shape) {
   return last.bias + last.n_out;
 }
 
+void clear_identity(const MlpShape& shape, const torch::Tensor& of_parameters) {
+  const torch::NoGradGuard no_grad;
+  const int position = encoded_size(shape.position_frequencies);
+  bool first = true;
+  for (const MlpLayer& layer : mlp_layers(shape)) {
+    const bool sees_position = first || (layer.name == "trunk" && layer.n_in == position + shape.width);
+    const bool sees_direction = layer.name == "direction";
+    first = false;
+    if (!sees_position && !sees_direction) continue;
+    const torch::Tensor w = of_parameters.narrow(0, layer.weight, layer.n_in * layer.n_out).view({layer.n_out, layer.n_in});
+    w.narrow(1, sees_direction ? shape.width : 0, 3).zero_();
+  }
+}
+
 namespace {
 
 constexpr std::int64_t kSide = 512;

@@ -51,6 +51,7 @@ torch::optim::AdamParamState* MlpLearner::moments() const {
 }
 
 bool MlpLearner::adapt(double, std::int64_t) {
+  if (options_.literal) return false;
   if (steps_since_refresh_ < options_.refresh_steps) return false;
   steps_since_refresh_ = 0;
   const Box before = field_.occupied_box_m();
@@ -72,6 +73,7 @@ void MlpLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& grad
       .lr(warm * rate * options_.rate);
   adam_->zero_grad();
   torch::autograd::backward({pixels}, {gradient});
+  if (options_.literal) clear_identity(options_.shape, field_.parameters()[0].grad());
   adam_->step();
   ++steps_since_refresh_;
 }

@@ -142,9 +142,9 @@ void RowQueue::restore(const Archive& archive, const TrainingSet& set, const std
 std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options, const Monitor& monitor) {
   if (options.field == "grid")
     return std::make_unique<GridLearner>(set, options.grid, monitor);
-  if (options.field == "mlp") return make_mlp_learner(set, options.mlp, options.seed, monitor);
+  if (options.field == "mlp" || options.field == "paper") return make_mlp_learner(set, options.mlp, options.seed, monitor);
   if (options.field == "surface") return make_surface_learner(set, options.surface, monitor);
-  throw UsageError("there is no field '" + options.field + "'; there are: grid, mlp, surface");
+  throw UsageError("there is no field '" + options.field + "'; there are: grid, mlp, paper, surface");
 }
 
 namespace {
@@ -166,7 +166,7 @@ struct Trainer::State {
   std::vector<LayoverShadowWindow> windows;  ///< of each view, over a level ground
 
   State(TrainingSet images, const TrainerOptions& how, const Monitor& monitor)
-      : set(std::move(images)), options(how), learner(make_learner(set, options, monitor)),
+      : set(how.field == "paper" ? images_alone(std::move(images)) : std::move(images)), options(how), learner(make_learner(set, options, monitor)),
         data_term(set, pixel_loss(set, options), options.renderings), guard(set),
         queue(options.seed, data_term.rows_of_a_block()),
         registration(options.n_registrations) {}

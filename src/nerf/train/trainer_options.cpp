@@ -79,7 +79,7 @@ void for_each_surface_option(Options& o, Visit&& visit) {
 template <class Options, class Visit>
 void for_each_option(Options& o, Visit&& visit) {
   visit("field", o.field);
-  if (o.field == "mlp")
+  if (o.field == "mlp" || o.field == "paper")
     for_each_mlp_option(o.mlp, visit);
   else if (o.field == "surface")
     for_each_surface_option(o.surface, visit);
@@ -155,7 +155,14 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.misfit = 0.3;
     options.error_bound = 1.0;
   }
-  if (field == "mlp") {
+  if (field == "paper") {
+    options.n_registrations = 0;
+    options.misfit = 0.0;
+    options.mlp.literal = true;
+    options.mlp.integrator = name(Integrator::paper_gated);
+    options.mlp.shape = {};
+  }
+  if (field == "mlp" || field == "paper") {
     options.rows_per_step = 10;
     options.ray_spacing = 1.0;
     options.end_depth = 7.0;
@@ -188,6 +195,7 @@ TrainerOptions options_from_json(const std::string& text) {
   TrainerOptions options;
   // Which options there are depends on the field.
   if (json.contains("field") && json.at("field").is_string()) options.field = json.at("field").get<std::string>();
+  options.mlp.literal = options.field == "paper";
   std::size_t n_known = 0;
   for_each_option(options, [&](const char* name, auto& value) {
     if (!json.contains(name)) return;

@@ -136,6 +136,17 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   return set;
 }
 
+TrainingSet images_alone(TrainingSet set) {
+  set.ground.reset();
+  set.resolution.reset();
+  set.deconvolved.clear();
+  set.tails_are_dark = false;
+  set.exact_poses = true;
+  set.bright = mean_of_brightest(set.images);
+  set.background = has_background(set.images);
+  return set;
+}
+
 TrainingSet without_views(const TrainingSet& set, std::span<const std::size_t> views) {
   TrainingSet rest = set;
   const auto leave_out = [&](auto& of_views) {
