@@ -46,7 +46,7 @@ std::vector<std::string> parts_of(const std::string& text) {
 void require_field(const std::string& option, const std::string& field) {
   if (std::ranges::find(kFields, field) != kFields.end()) return;
   const std::string close = closest_name(field, kFields);
-  throw UsageError(option + ": expected grid, surface, mlp or plain, found " + in_quotes(field) +
+  throw UsageError(option + ": expected grid, surface, mlp or paper, found " + in_quotes(field) +
                    (close.empty() ? "" : " (" + close + "?)"));
 }
 
@@ -69,7 +69,7 @@ Contest contest_of(const std::string& fields, const std::vector<std::string>& ti
       contest.emplace_back(field, (quick ? kQuickTimes_s : kTimes_s).at(field));
   }
   if (contest.empty())
-    throw UsageError("--fields: expected some of grid, surface, mlp, plain, found " + in_quotes(fields));
+    throw UsageError("--fields: expected some of grid, surface, mlp, paper, found " + in_quotes(fields));
   for (const std::string& text : times) {
     const auto equals = text.find('=');
     if (equals == std::string::npos) {
@@ -92,7 +92,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
   using namespace app;
   CommandLine command("sar_nerf_bench", kDescription, kFooter);
   Options o;
-  std::string fields = "grid,mlp,plain";
+  std::string fields = "grid,mlp,paper";
   std::vector<std::string> times;
   bool quick = false;
   command.add("TRAINING", o.training, made_by("FOLDER", dataset_folder),
@@ -106,13 +106,13 @@ std::optional<Options> parse_options(int argc, char** argv) {
   command.add("--fields", fields, text("LIST"), "Who takes part");
   command.add_list("--time", times, text("[FIELD=]LIST"),
                    "Planned times of the runs, of all fields or of one (10s,1m or mlp=1m,10m); may be "
-                   "repeated, later ones win. Default grid=2s,5s,10s,30s mlp=20s,1m,5m plain=10m",
+                   "repeated, later ones win. Default grid=2s,5s,10s,30s mlp=20s,1m,5m paper=10m",
                    {.one_at_a_time = true});
   command.then([&] { o.contest = contest_of(fields, times, quick); });
   command.add("--seeds", o.n_seeds, whole("N", 1, 1000), "Runs of each time, seeds 1 to N");
   command.add("--views", o.n_views, whole("N", 1, 1'000'000),
               "Views of --against that all are scored on, spread over them");
-  command.add_flag("--quick", quick, "Default times of grid=2s,5s mlp=15s plain=30s");
+  command.add_flag("--quick", quick, "Default times of grid=2s,5s mlp=15s paper=30s");
 
   command.begin_group("Output", /*in_files=*/false);
   command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder; default TRAINING_learning");

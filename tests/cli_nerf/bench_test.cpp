@@ -59,7 +59,7 @@ TEST_CASE("sar_nerf_bench writes curve and tables of every contestant") {
                                          "mlp 2.0 2", "paper 2.0 1", "paper 2.0 2"});
 
   CHECK(study.out == read_text(scene / "study/learning.md"));
-  for (const char* piece : {"| seconds to ", "| grid ", "| mlp ", "| plain ", "paper's best", "Best baseline: "})
+  for (const char* piece : {"| seconds to ", "| grid ", "| mlp ", "| paper ", "paper's best", "Best baseline: "})
     CHECK(study.out.find(piece) != std::string::npos);
   const std::string picture = read_text(scene / "study/learning.svg");
   for (const char* piece : {"<svg", "grid, each run", "mlp, one run", "paper, one run", "interpolation"})
