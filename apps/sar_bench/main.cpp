@@ -10,6 +10,7 @@
 #include "sarnerf/core/parallel.h"
 #include "studies.h"
 #include "extraction.h"
+#include "pages.h"
 #include "random_scenes.h"
 #include "output_lock.h"
 #include "sarnerf/report/plot.h"
@@ -119,6 +120,30 @@ CLI::App& add_scenes_command(CLI::App& app, sarnerf::bench::ScenesOptions& o) {
   command.add_flag("--overwrite", o.overwrite, "Replace other scenes of these names; the same ones are left alone anyway");
   command.add_flag("-q,--quiet", o.quiet, "Print the paths of the scene files, warnings and errors only");
   command.add_flag("--dry-run", o.dry_run, "Print what would be written, with sizes (m), and stop");
+  return command;
+}
+
+/// The sub-command `page`.
+CLI::App& add_page_command(CLI::App& app, sarnerf::bench::PageOptions& o) {
+  CLI::App& command = *app.add_subcommand(
+      "page", "Turns a result in Markdown, with its pictures, into one HTML file, for which nothing else is needed");
+  command.add_option("file", o.input, "Markdown with headings, paragraphs, tables and pictures")->type_name("FILE.md")->required();
+  command.add_option("-o,--output", o.output, "Default: beside it, FILE.html")->type_name("FILE");
+  command.add_flag("-q,--quiet", o.quiet, "Print the path, warnings and errors only");
+  return command;
+}
+
+/// The sub-command `strip`.
+CLI::App& add_strip_command(CLI::App& app, sarnerf::bench::StripOptions& o) {
+  CLI::App& command = *app.add_subcommand(
+      "strip", "One picture of the same views in several datasets: a column for each view of the first, a row for each dataset. "
+               "All share one scale in decibels");
+  command.add_option("dataset", o.datasets, "Folders with dataset.json, the truth first")->type_name("DATASET")->required();
+  command.add_option("--trained", o.trained, "Dataset whose views are framed: those that were learned from")->type_name("DATASET");
+  command.add_option("--zoom", o.zoom, "Pixels of the picture along each pixel of an image")->type_name("N")->capture_default_str()
+      ->check(CLI::Range(1, 16).description(""));
+  command.add_option("-o,--output", o.output, "The picture")->type_name("FILE.png")->required();
+  command.add_flag("-q,--quiet", o.quiet, "Print the path, warnings and errors only");
   return command;
 }
 
@@ -234,9 +259,13 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
   add_common(*voxel, o);
   sarnerf::bench::ExtractionOptions extraction_options;
   const CLI::App& extraction = add_extraction_command(app, extraction_options);
-  app.add_subcommand("learning", "Held-out PSNR against seconds, each field and plain LibTorch (sar_nerf_bench)");
+  app.add_subcommand("learning", "Held-out PSNR against seconds, each field (sar_nerf_bench)");
   sarnerf::bench::ScenesOptions scenes_options;
   const CLI::App& scenes = add_scenes_command(app, scenes_options);
+  sarnerf::bench::PageOptions page_options;
+  const CLI::App& page = add_page_command(app, page_options);
+  sarnerf::bench::StripOptions strip_options;
+  const CLI::App& strip = add_strip_command(app, strip_options);
   app.add_subcommand("ablation", "What each rule and prior of learning adds, on scenes that it was not made on (sar_nerf_bench)");
   if (argc > 1 && std::string(argv[1]) == "learning") sarnerf::bench::become_nerf_bench(argc, argv, argv + 2);
   if (argc > 1 && std::string(argv[1]) == "ablation") sarnerf::bench::become_nerf_bench(argc, argv, argv + 1);
@@ -258,6 +287,8 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
     sarnerf::bench::run_scenes_command(scenes_options, console);
     return;
   }
+  if (page.parsed()) return sarnerf::bench::run_page_command(page_options, console);
+  if (strip.parsed()) return sarnerf::bench::run_strip_command(strip_options, console);
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
   for (const std::filesystem::path input : o.study.scene_files) {
     refuse_to_replace(o.json_file, input);

@@ -266,4 +266,19 @@ Image<float> decode_image(std::span<const std::byte> bytes, const std::string& w
   }
 }
 
+Image<Colour> read_picture(const std::filesystem::path& path) {
+  const std::string bytes = read_whole_file(path);
+  cv::Mat mat = decode(std::as_bytes(std::span(bytes)), path.string());
+  if (mat.depth() != CV_8U || mat.channels() == 2)
+    throw InputError(path.string() + ": expected an 8-bit picture, found type " + cv::typeToString(mat.type()));
+  Image<Colour> picture(mat.rows, mat.cols);
+  const int n = mat.channels();
+  for (int row = 0; row < mat.rows; ++row)
+    for (int column = 0; column < mat.cols; ++column) {
+      const std::uint8_t* const c = mat.ptr(row) + column * n;
+      picture(row, column) = n == 1 ? Colour{c[0], c[0], c[0]} : Colour{c[2], c[1], c[0]};
+    }
+  return picture;
+}
+
 }  // namespace sarnerf

@@ -50,6 +50,9 @@ using Colour = std::array<std::uint8_t, 3>;
 /// beyond. Values that are not finite become black.
 Image<Colour> colour_map(const Image<float>& values, float low, float high);
 
+/// Reads an 8-bit picture, grey or coloured, without its transparency. Throws InputError for a file that is none.
+Image<Colour> read_picture(const std::filesystem::path& path);
+
 /// The bytes of an 8-bit colour PNG.
 std::vector<std::byte> encode_png(const Image<Colour>& picture);
 
