@@ -2,6 +2,8 @@
 // sar_bench's command line; what it measures is no matter of tests.
 #include "catch.h"
 #include "program.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/dataset/image_file.h"
 
 namespace {
 
@@ -14,7 +16,7 @@ TEST_CASE("sar_bench names the study that it does not know") {
   const Conditions here{folder.path(), 0, {}, {}, {}};
   const Outcome unknown = sar_bench({"nope"}, here), near = sar_bench({"sped"}, here), none = sar_bench({}, here);
   CHECK(unknown.code == 2);
-  CHECK(has(unknown.err, "expected a study (speed, accuracy, voxel, extraction, learning, scenes, ablation), found 'nope'"));
+  CHECK(has(unknown.err, "expected a study (speed, accuracy, voxel, extraction, learning, scenes, page, strip, ablation), found 'nope'"));
   CHECK(has(near.err, "(speed?)"));
   CHECK(none.code == 2);
   const Outcome option = sar_bench({"speed", "--round", "5"}, here);
@@ -112,4 +114,38 @@ TEST_CASE("sar_bench scenes --dry-run writes nothing; seeds that are none, and p
   CHECK(sar_bench({"scenes", "out"}, here).code == 2);
   CHECK(has(sar_bench({"scenes", "--seed", "101", "box.obj"}, here).err, "found a file"));
   CHECK(folder.contents() == before);
+}
+
+TEST_CASE("sar_bench strip puts views of datasets side by side, and page makes one file of Markdown and its pictures") {
+  const SceneFolder folder;
+  const Conditions here{folder.path(), 0, {}, {}, {}};
+  for (const char* name : {"a", "b"})
+    REQUIRE(sar_render({"box.obj", "--pitch", "45", "--size", "16x24", "--azimuth", "0:40:40", "-o", name, "-q"}, here).code == 0);
+  REQUIRE(sar_render({"box.obj", "--pitch", "45", "--size", "16x24", "--azimuth", "40:80:40", "-o", "one", "-q"}, here).code == 0);
+  const Outcome strip = sar_bench({"strip", "a", "b", "--trained", "one", "--zoom", "2", "-o", "strip.png"}, here);
+  CHECK(strip.code == 0);
+  CHECK(strip.out == "strip.png\n");
+  const sarnerf::Image<sarnerf::Colour> picture = sarnerf::read_picture(folder.path() / "strip.png");
+  // Two rows of two views of 32 x 48 pixels in frames of 3; the view at 40 degrees has a red one.
+  CHECK(picture.n_azimuth() == 2 * 38);
+  CHECK(picture.n_range() == 2 * 54);
+  CHECK(picture(1, 1) == sarnerf::Colour{255, 255, 255});
+  CHECK(picture(1, 56)[0] > 200);
+  CHECK(picture(1, 56)[1] < 100);
+  for (int column = 0; column < picture.n_range(); ++column) CHECK(picture(10, column) == picture(48, column));
+  const Outcome missing = sar_bench({"strip", "a", "one", "-o", "no.png"}, here);
+  CHECK(missing.code == 2);
+  CHECK(has(missing.err, "one: expected a view at azimuth 0"));
+
+  sarnerf::write_file_atomically(folder.path() / "r.md", "# Result\n\n![two views](strip.png)\n\n| a | b |\n|---|--:|\n| x | 1.5 |\n");
+  const Outcome page = sar_bench({"page", "r.md"}, here);
+  CHECK(page.code == 0);
+  CHECK(page.out == "r.html\n");
+  const std::string html = sarnerf::read_whole_file(folder.path() / "r.html");
+  for (const char* piece : {"<title>Result", "data:image/png;base64,", "1.5"}) CHECK(has(html, piece));
+  sarnerf::write_file_atomically(folder.path() / "r.md", "![gone](gone.png)\n");
+  const Outcome gone = sar_bench({"page", "r.md"}, here);
+  CHECK(gone.code == 3);
+  CHECK(has(gone.err, "gone.png"));
+  CHECK(sar_bench({"page", "r.md", "-o", "r.md"}, here).code == 2);
 }

@@ -78,7 +78,7 @@ class LearnedField {
 };
 
 /// A view at the sampling of evaluation: rays every half voxel, three slices per row. If the field has an impulse response, it
-/// is applied, with the power that leaks in from beyond the image.
+/// is applied, with the power that leaks in from beyond the image. The field `paper` may have power below 0, which counts as 0.
 Image<float> render_view(const LearnedField& field, const Acquisition& acquisition);
 
 /// The field of a model file. Throws CheckpointError for an unknown kind, another version, or damaged contents.

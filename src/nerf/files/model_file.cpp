@@ -44,6 +44,7 @@ Image<float> render_view(const LearnedField& field, const Acquisition& acquisiti
   for (int i = 0; i < wide.n_azimuth; ++i) rows.push_back({wide, i});
   Image<float> image(wide.n_azimuth, wide.n_range);
   field.render_rows(rows, sampling, image.pixels());
+  for (float& power : image.pixels()) power = std::max(power, 0.0f);
   if (field.resolution) convolve_power(image, response);
   return without_border(std::move(image), border);
 }
