@@ -10,7 +10,6 @@
 #include "sarnerf/core/parallel.h"
 #include "studies.h"
 #include "extraction.h"
-#include "pages.h"
 #include "random_scenes.h"
 #include "output_lock.h"
 #include "sarnerf/report/plot.h"

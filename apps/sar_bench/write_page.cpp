@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "app_main.h"
-#include "pages.h"
+#include "studies.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/dataset/posed_image.h"
-#include "sarnerf/report/markdown.h"
+#include "sarnerf/report/page.h"
 
 namespace sarnerf::bench {
 

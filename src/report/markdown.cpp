@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/report/markdown.h"
+#include "sarnerf/report/page.h"
 
 #include <algorithm>
 #include <utility>

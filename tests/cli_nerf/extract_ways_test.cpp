@@ -160,8 +160,8 @@ TEST_CASE("paths alone when quiet, a table and a line by default, grids when ask
                                          "8",      "--mesh",  "out.ply",      "--truth", "cube.obj"};
   const Outcome made = scene.extract(request);
   REQUIRE(made.code == 0);
-  // Two paths, a table with a head and two bodies, and one line.
-  CHECK(n_lines(made.out) == 2 + 4 + 1);
+  // Two paths, a table with a head and two bodies, distances in layover and out of it, and one line.
+  CHECK(n_lines(made.out) == 2 + 4 + 1 + 1);
   const std::string last = made.out.substr(made.out.rfind('\n', made.out.size() - 2) + 1);
   for (const char* piece : {"matter", "triangles", "memory"}) CHECK(last.find(piece) != std::string::npos);
   CHECK(made.out.find("brightness") == std::string::npos);

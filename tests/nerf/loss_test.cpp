@@ -96,7 +96,7 @@ TEST_CASE("which loss it is follows from the images") {
   CHECK(loss_text(dark, default_options(dark, "grid")) == "mean square error of power over the peak's square (paper, eq. 31)");
   options = default_options(ground, "grid");
   CHECK(loss_text(ground, options).find("mean of (error of power / s)^2 with s^2 = (0.85") == 0);
-  CHECK(loss_text(ground, default_options(ground, "surface")).find("(linear beyond 3 s)") != std::string::npos);
+  CHECK(loss_text(ground, default_options(ground, "surface")).find("(linear beyond 1 s)") != std::string::npos);
   CHECK(loss_text(speckled_ground(kGroundResolution), options).find("mean of (error of power / s)^2") == 0);
   CHECK(loss_text(speckled_ground(kGroundResolution), options).find("seen through the impulse response") != std::string::npos);
 }

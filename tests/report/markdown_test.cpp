@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A page from Markdown: every kind of block, captions, and what is refused.
-#include "sarnerf/report/markdown.h"
+#include "sarnerf/report/page.h"
 
 #include "catch.h"
 #include "sarnerf/core/error.h"
