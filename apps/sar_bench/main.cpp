@@ -146,6 +146,18 @@ CLI::App& add_strip_command(CLI::App& app, sarnerf::bench::StripOptions& o) {
   return command;
 }
 
+/// The sub-command `curves`.
+CLI::App& add_curves_command(CLI::App& app, sarnerf::bench::CurvesOptions& o) {
+  CLI::App& command = *app.add_subcommand(
+      "curves", "Held-out PSNR against seconds or steps of runs of sar_nerf_train: a table, and a diagram");
+  command.add_option("method", o.methods, "Runs that differ in their seeds alone, under one name")->type_name("NAME=RUN[,RUN...]")->required();
+  command.add_option("-o,--output", o.picture, "The diagram")->type_name("FILE.png");
+  command.add_option("--title", o.title, "Of the diagram")->type_name("TEXT");
+  command.add_flag("--steps", o.by_steps, "Against steps of the optimiser");
+  command.add_flag("-q,--quiet", o.quiet, "Print the table, warnings and errors only");
+  return command;
+}
+
 /// The parts that a study with these options measures, a line each, for --dry-run.
 std::string plan_text(const std::string& study, const Options& o) {
   const bool generated = o.study.scene_files.empty();
@@ -263,6 +275,8 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
   const CLI::App& scenes = add_scenes_command(app, scenes_options);
   sarnerf::bench::PageOptions page_options;
   const CLI::App& page = add_page_command(app, page_options);
+  sarnerf::bench::CurvesOptions curves_options;
+  const CLI::App& curves = add_curves_command(app, curves_options);
   sarnerf::bench::StripOptions strip_options;
   const CLI::App& strip = add_strip_command(app, strip_options);
   app.add_subcommand("ablation", "What each rule and prior of learning adds, on scenes that it was not made on (sar_nerf_bench)");
@@ -287,6 +301,7 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
     return;
   }
   if (page.parsed()) return sarnerf::bench::run_page_command(page_options, console);
+  if (curves.parsed()) return sarnerf::bench::run_curves_command(curves_options, console);
   if (strip.parsed()) return sarnerf::bench::run_strip_command(strip_options, console);
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
   for (const std::filesystem::path input : o.study.scene_files) {

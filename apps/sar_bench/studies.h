@@ -161,6 +161,18 @@ struct PageOptions {
 /// (float32) are shown in decibels.
 void run_page_command(const PageOptions& options, app::Console& console);
 
+struct CurvesOptions {
+  std::vector<std::string> methods;  ///< NAME=RUN[,RUN...]
+  std::filesystem::path picture;
+  std::string title = "PSNR of unseen views while learning";
+  bool by_steps = false, quiet = false;
+};
+
+/// Prints a Markdown table of the held-out PSNR of runs of sar_nerf_train after halves of the longest time: the mean of a method's
+/// runs, and their least and largest. Draws the same as curves into a PNG. Values between two scores are linear in the logarithm of
+/// the time. Throws InputError for runs without held-out scores.
+void run_curves_command(const CurvesOptions& options, app::Console& console);
+
 struct StripOptions {
   std::vector<std::filesystem::path> datasets;
   std::filesystem::path trained, output;

@@ -16,7 +16,7 @@ TEST_CASE("sar_bench names the study that it does not know") {
   const Conditions here{folder.path(), 0, {}, {}, {}};
   const Outcome unknown = sar_bench({"nope"}, here), near = sar_bench({"sped"}, here), none = sar_bench({}, here);
   CHECK(unknown.code == 2);
-  CHECK(has(unknown.err, "expected a study (speed, accuracy, voxel, extraction, learning, scenes, page, strip, ablation), found 'nope'"));
+  CHECK(has(unknown.err, "expected a study (speed, accuracy, voxel, extraction, learning, scenes, page, curves, strip, ablation), found 'nope'"));
   CHECK(has(near.err, "(speed?)"));
   CHECK(none.code == 2);
   const Outcome option = sar_bench({"speed", "--round", "5"}, here);
@@ -148,4 +148,28 @@ TEST_CASE("sar_bench strip puts views of datasets side by side, and page makes o
   CHECK(gone.code == 3);
   CHECK(has(gone.err, "gone.png"));
   CHECK(sar_bench({"page", "r.md", "-o", "r.md"}, here).code == 2);
+}
+
+TEST_CASE("sar_bench curves prints the mean of runs after halves of the longest time") {
+  const SceneFolder folder;
+  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const auto write = [&](const char* run, const std::string& text) {
+    std::filesystem::create_directories(folder.path() / run);
+    sarnerf::write_file_atomically(folder.path() / run / "metrics.jsonl", text);
+  };
+  // PSNR 10 + 10 log2(seconds), and 2 dB more; lines without a score, and half a line at the end, count for nothing.
+  write("a", "{\"step\":1,\"seconds\":1.0,\"loss\":1.0,\"psnr_power_db\":10.0}\n{\"step\":2,\"seconds\":2.0,\"loss\":1.0}\n"
+             "{\"step\":8,\"seconds\":8.0,\"psnr_power_db\":40.0}\n{\"step\":9,\"sec");
+  write("b", "{\"step\":1,\"seconds\":1.0,\"psnr_power_db\":12.0}\n{\"step\":4,\"seconds\":8.0,\"psnr_power_db\":42.0}\n");
+  write("none", "{\"step\":1,\"seconds\":1.0,\"loss\":1.0}\n");
+  const Outcome outcome = sar_bench({"curves", "ours=a,b", "-o", "c.png"}, here);
+  CHECK(outcome.code == 0);
+  for (const char* piece : {" 2 s |", " 8 s |", "21.00 (20.00 to 22.00)", "31.00 (30.00 to 32.00)", "41.00 (40.00 to 42.00)", "| ours "})
+    CHECK(has(outcome.out, piece));
+  CHECK(sarnerf::read_picture(folder.path() / "c.png").n_range() > 100);
+  CHECK(has(sar_bench({"curves", "ours=b", "--steps"}, here).out, "4 steps"));
+  const Outcome none = sar_bench({"curves", "ours=none"}, here);
+  CHECK(none.code == 3);
+  CHECK(has(none.err, "expected held-out PSNR, found none"));
+  CHECK(sar_bench({"curves", "ours"}, here).code == 2);
 }

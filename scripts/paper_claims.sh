@@ -1,0 +1,98 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Which of the paper's claims about its network hold? One change at a time. Needs a build (scripts/demo.sh makes one).
+set -eu
+
+usage() {
+  cat <<USAGE
+Usage: scripts/paper_claims.sh [--seeds N] [--time SECONDS] [--folder FOLDER]
+Learns 36 views of the cuboid, 64 x 64 pixels of 0.6 m, with the field mlp and one change at a time, and prints held-out PSNR
+against seconds and steps (Markdown); claims.html and the diagrams are in FOLDER. What is there is not made again. About five
+hours on two cores.
+  --seeds N         runs of each setting (default 5)
+  --time SECONDS    of each run (default 300)
+  --folder FOLDER   (default build/paper_claims)
+USAGE
+}
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+seeds=5
+time=300
+folder=$root/build/paper_claims
+none=
+. "$root/scripts/report_values.sh"
+take_options "seeds time folder" none "$@"
+if [ -n "$none" ]; then usage >&2; exit 2; fi
+programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
+mkdir -p "$folder"
+
+render() {
+  "$programs/sar_render/sar_render" "$root/data/cuboid.json" --pitch 45 --azimuth "$1" --size 64x64 --spacing 0.6 --altitude 10000 \
+    --engine surface --elevations 768 --sub-rows 54 -o "$2" -q > /dev/null
+}
+render 0:350:10 "$folder/data"
+render 5:355:30 "$folder/test"
+
+n_runs=0
+# setting NAME OPTIONS...: a run for each seed, appended to `methods` as NAME=RUN,RUN.
+setting() {
+  name=$1
+  shift
+  runs=
+  for seed in $(seq "$seeds"); do
+    run=$folder/$name.$seed
+    n_runs=$((n_runs + 1))
+    if [ ! -f "$run/report.json" ]; then
+      echo "paper_claims.sh: run $n_runs, $name, seed $seed" >&2
+      "$programs/sar_nerf_train/sar_nerf_train" "$folder/data" --field mlp --against "$folder/test" --holdout 0 --time "${time}s" --seed "$seed" \
+        -o "$run" -q "$@" > /dev/null
+    fi
+    runs=$runs${runs:+,}$run
+  done
+  methods="$methods $name=$runs"
+}
+
+# study FILE TITLE: table and diagrams of the settings since the last one.
+study() {
+  {
+    echo
+    echo "## $2"
+    echo
+    # shellcheck disable=SC2086  # several methods
+    "$programs/sar_bench/sar_bench" curves $methods -o "$folder/$1.png" --title "$2"
+    # shellcheck disable=SC2086
+    "$programs/sar_bench/sar_bench" curves $methods -o "$folder/$1_steps.png" --title "$2" --steps > /dev/null
+    echo
+    echo "![$2, against seconds]($1.png)"
+    echo "![$2, against steps]($1_steps.png)"
+    echo
+  } >> "$folder/claims.md"
+  methods=
+}
+
+methods=
+cat > "$folder/claims.md" <<TEXT
+# Which of the paper's claims about its network hold
+
+The field \`mlp\`, 36 views of the cuboid at 45°, 64 × 64 pixels of 0.6 m; PSNR of power over 12 unseen azimuths; $seeds seeds, mean (least to largest). Made by
+\`scripts/paper_claims.sh --seeds $seeds --time $time\`, $(nproc) cores.
+TEXT
+setting exact
+setting tanh_gate --option integrator=paper-gated
+setting ungated --option integrator=paper
+study activation "Activation: the paper's gate (tanh), without a gate, and the exact rule"
+setting L4 --option position_frequencies=4
+setting L6 --option position_frequencies=6
+setting L8 --option position_frequencies=8
+setting L10 --option position_frequencies=10
+study encoding "Number of frequencies L of the encoding"
+setting direction
+setting no_direction --option direction_frequencies=0
+study direction "Direction in G: four frequencies, and the direction itself alone"
+setting w256
+setting w128 --option width=128
+setting w64 --option width=64
+setting d4 --option depth=4 --option skip=2
+study size "Size of the network: 8 layers of 256, 128 and 64, and 4 layers of 256"
+"$programs/sar_bench/sar_bench" page "$folder/claims.md" -q > /dev/null
+cat "$folder/claims.md"
