@@ -107,7 +107,7 @@ const std::map<std::string, std::string> kReplaced = {
 /// With --time: a step with halved voxels takes about four times as long.
 constexpr int kClockStepsLeft = 300;
 
-/// With incidences this far apart (rad), images show how brightness depends on the incidence.
+/// With incidences this far apart (rad), images show how brightness and range depend on the incidence.
 constexpr double kIncidencesDiffer = 5.0 * std::numbers::pi / 180.0;
 
 /// Images from which on the field `surface` needs more steps: those that see a voxel come more rarely.
@@ -116,15 +116,18 @@ constexpr std::size_t kManyImages = 100;
 /// With fewer images, harmonics of degree 2 are not determined.
 constexpr std::size_t kLeastOfManyDirections = 36;
 
-/// Whether many images from different incidences see the scene, without a background.
-bool is_seen_from_many_directions(const TrainingSet& set) {
-  if (set.images.size() < kLeastOfManyDirections || set.background) return false;
+bool incidences_differ(const TrainingSet& set) {
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const PosedImage& image : set.images) {
     least = std::min(least, image.acquisition.incidence_rad);
     most = std::max(most, image.acquisition.incidence_rad);
   }
   return most - least > kIncidencesDiffer;
+}
+
+/// Whether many images from different incidences see the scene, without a background.
+bool is_seen_from_many_directions(const TrainingSet& set) {
+  return set.images.size() >= kLeastOfManyDirections && !set.background && incidences_differ(set);
 }
 
 }  // namespace
@@ -147,8 +150,9 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   options.mlp.voxel_size_m = bin_m;
   options.mlp.shape.position_frequencies = suitable_frequencies(set.box_m, bin_m);
   options.surface.voxel_size_m = 0.5 * bin_m;
-  // Where poses are exact, sar_render made the images: it renders single bounces.
-  options.surface.bounce = set.ground && !set.exact_poses;
+  // At one incidence a bounce can hardly be told from a scatterer nearer to the ground. Where poses are exact, sar_render made the
+  // images: it renders single bounces.
+  options.surface.bounce = set.ground && !set.exact_poses && incidences_differ(set);
   if (field == "surface") {
     options.renderings = 2;
     options.final_rate = 0.1;
