@@ -9,7 +9,7 @@ Usage: scripts/paper.sh [--quick] [--chips FOLDER] [--lpips FILE] [--long] [OUT]
 Renders, learns, extracts and scores what the paper shows, and writes OUT/paper.md and OUT/paper.html (one file). What is in OUT is
 not made again: an interrupted run goes on where it stopped. About five hours on two cores.
   --quick         fewer views and short trainings, in about ten minutes: to see what there is, not to quote
-  --chips FOLDER  of measured chips: manifest.csv and a folder of images for each target (Table 2, Fig. 14)
+  --chips FOLDER  of measured chips: a folder of images for each target, and manifest.csv in it or beside it (Table 2)
   --lpips FILE    weights for LPIPS (docs/guide/lpips.md)
   --long          the paper's method in every cell of Table 1, not in one (two hours more)
   OUT             (default build/paper)
@@ -36,6 +36,12 @@ while [ $# -gt 0 ]; do
   esac
 done
 out=${out:-$root/build/paper}
+table=$chips/manifest.csv
+if [ -n "$chips" ] && [ ! -f "$table" ]; then table=$(dirname "$chips")/manifest.csv; fi
+if [ -n "$chips" ] && [ ! -f "$table" ]; then
+  echo "paper.sh: --chips $chips: expected manifest.csv in the folder or beside it, found none" >&2
+  exit 3
+fi
 . "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$out/cells"
@@ -341,11 +347,11 @@ table_2() {
   for folder in "$chips"/*/; do
     target=$(basename "$folder")
     if $quick && [ "$target" != "$(basename "$(echo "$chips"/*/ | cut -d ' ' -f 1)")" ]; then continue; fi
-    cell "import_$target" 20 "$programs/sar_import/sar_import" images "$folder" --csv "$chips/manifest.csv" --amplitude-scale 4/65535 \
+    cell "import_$target" 20 "$programs/sar_import/sar_import" images "$folder" --csv "$table" --amplitude-scale 4/65535 \
       --depression 17 -q -o "$out/chips_$target"
     for n in $intervals; do
       data=$out/chips_$target.$n
-      cell "import_$target.$n" 10 "$programs/sar_import/sar_import" images "$folder" --csv "$chips/manifest.csv" --amplitude-scale 4/65535 \
+      cell "import_$target.$n" 10 "$programs/sar_import/sar_import" images "$folder" --csv "$table" --amplitude-scale 4/65535 \
         --depression 17 --every "$n" -q -o "$data"
       for f in surface grid; do learn $f "$data" "$out/chips_$target" 150; done
     done
