@@ -333,10 +333,10 @@ void score_layover(const Side& truth, const Sight& sight, std::span<const double
 
 void score_distances(Side& extracted, Side& truth, std::span<const Acquisition> views, const ScoreOptions& options,
                      SurfaceScore& score) {
-  for (Side* side : {&extracted, &truth}) {
-    const Sight sight(side->mesh, side->box_m, side->n_solid);
-    side->samples = open_samples(*side, sight, options.n_samples, options.monitor);
-    side->seen = sight.seen(side->samples, views, options.monitor);
+  const Sight of_extracted(extracted.mesh, extracted.box_m, extracted.n_solid), of_truth(truth.mesh, truth.box_m, truth.n_solid);
+  for (const auto& [side, sight] : {std::pair(&extracted, &of_extracted), std::pair(&truth, &of_truth)}) {
+    side->samples = open_samples(*side, *sight, options.n_samples, options.monitor);
+    side->seen = sight->seen(side->samples, views, options.monitor);
   }
   const Distances from_extracted = distances(extracted, truth, options.monitor);
   const Distances from_truth = distances(truth, extracted, options.monitor);
@@ -346,7 +346,7 @@ void score_distances(Side& extracted, Side& truth, std::span<const Acquisition> 
   if (!angle_rad.empty()) score.normal_error_rad = median(std::move(angle_rad));
   score.visible_fraction = seen_fraction(truth);
   score.extracted_visible_fraction = seen_fraction(extracted);
-  score_layover(truth, Sight(truth.mesh, truth.box_m, truth.n_solid), from_truth.distance_m, views, options.monitor, score);
+  score_layover(truth, of_truth, from_truth.distance_m, views, options.monitor, score);
 }
 
 /// Statistics of winding numbers in a truth's box.

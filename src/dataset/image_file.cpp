@@ -267,8 +267,8 @@ Image<float> decode_image(std::span<const std::byte> bytes, const std::string& w
 }
 
 Image<Colour> read_picture(const std::filesystem::path& path) {
-  const std::string bytes = read_whole_file(path);
-  cv::Mat mat = decode(std::as_bytes(std::span(bytes)), path.string());
+  const std::string bytes = read_bytes(path);
+  const cv::Mat mat = decode(std::as_bytes(std::span(bytes)), path.string());
   if (mat.depth() != CV_8U || mat.channels() == 2)
     throw InputError(path.string() + ": expected an 8-bit picture, found type " + cv::typeToString(mat.type()));
   Image<Colour> picture(mat.rows, mat.cols);

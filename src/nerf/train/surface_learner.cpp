@@ -365,10 +365,6 @@ void SurfaceLearner::restore(const Archive& archive, const std::string& where) {
   level_ = member<int>(text, "level", where);
 }
 
-}  // namespace
-
-namespace {
-
 /// The voxels of the first body, in place of the hull's.
 CarvedVoxels start_of(const std::string& start, CarvedVoxels hull, const GridTransform& transform, double ground_height_m) {
   if (start == "hull") return hull;
