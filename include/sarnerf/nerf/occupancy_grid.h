@@ -19,6 +19,9 @@ namespace sarnerf {
 struct CarvedVoxels {
   BrickTopology topology;
   std::vector<std::uint8_t> active;  ///< [512 n_bricks]
+
+  /// Makes a voxel active.
+  void add(const glm::ivec3& voxel);
 };
 
 /// The voxels of the set's box without those that are certainly empty. Nothing stands in front of the first return of an azimuth

@@ -109,6 +109,12 @@ bool ground_allows_matter(const TrainingSet& set, std::span<const RadarFrame> fr
 
 }  // namespace
 
+void CarvedVoxels::add(const glm::ivec3& voxel) {
+  const std::uint32_t brick = topology.insert(brick_of_voxel(voxel));
+  active.resize(topology.n_bricks() * kBrickVoxels, 0);
+  active[std::size_t{brick} * kBrickVoxels + static_cast<std::size_t>(offset_in_brick(voxel))] = 1;
+}
+
 GridTransform grid_transform(const TrainingSet& set, double voxel_size_m) {
   const glm::dvec3 size = set.box_m.size();
   const glm::dvec3 n = glm::ceil(size / voxel_size_m);

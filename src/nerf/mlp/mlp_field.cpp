@@ -37,11 +37,7 @@ CarvedVoxels voxels_of_box(const Box& box_m, const GridTransform& transform) {
   CarvedVoxels all;
   for (int x = first.x; x <= last.x; ++x)
     for (int y = first.y; y <= last.y; ++y)
-      for (int z = first.z; z <= last.z; ++z) {
-        const std::uint32_t brick = all.topology.insert(brick_of_voxel({x, y, z}));
-        all.active.resize(all.topology.n_bricks() * kBrickVoxels, 0);
-        all.active[std::size_t{brick} * kBrickVoxels + static_cast<std::size_t>(offset_in_brick({x, y, z}))] = 1;
-      }
+      for (int z = first.z; z <= last.z; ++z) all.add({x, y, z});
   return all;
 }
 

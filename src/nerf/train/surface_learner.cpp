@@ -389,9 +389,7 @@ CarvedVoxels start_of(const std::string& start, CarvedVoxels hull, const GridTra
         const glm::dvec3 voxel(x, y, z);
         if (start == "sphere" && glm::length(voxel - centre) > radius) continue;
         if (transform.world_from_index(voxel).y <= ground_height_m) continue;
-        const std::uint32_t brick = body.topology.insert(brick_of_voxel({x, y, z}));
-        body.active.resize(body.topology.n_bricks() * kBrickVoxels, 0);
-        body.active[std::size_t{brick} * kBrickVoxels + static_cast<std::size_t>(offset_in_brick({x, y, z}))] = 1;
+        body.add({x, y, z});
       }
   return body;
 }
