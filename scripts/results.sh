@@ -60,8 +60,8 @@ study_accuracy() {
   command='sar_bench accuracy data/cuboid.json data/platform_upright.json data/building_14x8.json data/street.json --rounds 3'
 }
 study_solids() {
-  "$root/scripts/nerf_table.sh" --seeds 3 solids.data
-  command='scripts/nerf_table.sh --seeds 3'
+  "$root/scripts/nerf_table.sh" solids.data
+  command=scripts/nerf_table.sh
 }
 study_ground() {
   "$root/scripts/nerf_table.sh" --ground --views "36 24 12" ground.data
