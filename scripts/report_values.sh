@@ -86,6 +86,11 @@ training_seconds() {
   sed -n 's/.*"until trained": *\([0-9.]*\).*/\1/p' "$1" | head -n 1
 }
 
+# trained_steps REPORT
+trained_steps() {
+  sed -n 's/^ *"steps": *\([0-9]*\).*/\1/p' "$1" | head -n 1
+}
+
 # Columns of a table of measured chips, after those that say what a row is.
 despeckled_head="amplitude (dB) | best baseline | true neighbours | power (dB) | best baseline | true neighbours | target IoU | best baseline | true neighbours | shadow IoU | best baseline | true neighbours | training (s) |"
 despeckled_rule="--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|"

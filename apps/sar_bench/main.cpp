@@ -139,10 +139,21 @@ CLI::App& add_strip_command(CLI::App& app, sarnerf::bench::StripOptions& o) {
                "All share one scale in decibels");
   command.add_option("dataset", o.datasets, "Folders with dataset.json, the truth first")->type_name("DATASET")->required();
   command.add_option("--trained", o.trained, "Dataset whose views are framed: those that were learned from")->type_name("DATASET");
+  command.add_flag("--difference", o.with_difference, "A last row with the magnitude of the difference of the first two datasets");
   command.add_option("--zoom", o.zoom, "Pixels of the picture along each pixel of an image")->type_name("N")->capture_default_str()
       ->check(CLI::Range(1, 16).description(""));
   command.add_option("-o,--output", o.output, "The picture")->type_name("FILE.png")->required();
   command.add_flag("-q,--quiet", o.quiet, "Print the path, warnings and errors only");
+  return command;
+}
+
+/// The sub-command `extents`.
+CLI::App& add_extents_command(CLI::App& app, sarnerf::bench::ExtentsOptions& o) {
+  CLI::App& command = *app.add_subcommand(
+      "extents", "Lengths in slant range of wall, roof and shadow along the middle row of each view, of datasets by sar_render --layers "
+                 "wall,roof,mask; and how far the image is from the first dataset's");
+  command.add_option("dataset", o.datasets, "Folders with dataset.json")->type_name("DATASET")->required();
+  command.add_flag("-q,--quiet", o.quiet, "Print the table, warnings and errors only");
   return command;
 }
 
@@ -279,6 +290,8 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
   const CLI::App& curves = add_curves_command(app, curves_options);
   sarnerf::bench::StripOptions strip_options;
   const CLI::App& strip = add_strip_command(app, strip_options);
+  sarnerf::bench::ExtentsOptions extents_options;
+  const CLI::App& extents = add_extents_command(app, extents_options);
   app.add_subcommand("ablation", "What each rule and prior of learning adds, on scenes that it was not made on (sar_nerf_bench)");
   if (argc > 1 && std::string(argv[1]) == "learning") sarnerf::bench::become_nerf_bench(argc, argv, argv + 2);
   if (argc > 1 && std::string(argv[1]) == "ablation") sarnerf::bench::become_nerf_bench(argc, argv, argv + 1);
@@ -303,6 +316,7 @@ void run(int argc, char** argv, sarnerf::app::Console& console) {
   if (page.parsed()) return sarnerf::bench::run_page_command(page_options, console);
   if (curves.parsed()) return sarnerf::bench::run_curves_command(curves_options, console);
   if (strip.parsed()) return sarnerf::bench::run_strip_command(strip_options, console);
+  if (extents.parsed()) return sarnerf::bench::run_extents_command(extents_options, console);
   o.study.load.up = o.up == "z" ? sarnerf::UpAxis::z : sarnerf::UpAxis::y;
   for (const std::filesystem::path input : o.study.scene_files) {
     refuse_to_replace(o.json_file, input);

@@ -177,12 +177,23 @@ struct StripOptions {
   std::vector<std::filesystem::path> datasets;
   std::filesystem::path trained, output;
   int zoom = 1;
-  bool quiet = false;
+  bool with_difference = false, quiet = false;
 };
 
 /// Writes a picture of the views of several datasets: those of the first from left to right, each above the same view (azimuth and
-/// incidence to 0.01 degrees) of the others. White is the 99.9th percentile of the first dataset's brightest view. Frames mark
-/// views that `trained` has. Throws UsageError where a view is missing, or of another size.
+/// incidence to 0.01 degrees) of the others, and with `with_difference` above the magnitude of the difference of the first two. White
+/// is the 99.9th percentile of the first dataset's brightest view. Frames mark views that `trained` has; a dataset of predictions need
+/// not have these. Throws UsageError where another view is missing, or of another size.
 void run_strip_command(const StripOptions& options, app::Console& console);
+
+struct ExtentsOptions {
+  std::vector<std::filesystem::path> datasets;
+  bool quiet = false;
+};
+
+/// Prints a Markdown table of each view's extents in slant range (m) along the image's middle row: wall, roof and shadow, from the
+/// layers that sar_render --layers wall,roof,mask wrote, and of ‖I − I₁‖₂ / ‖I₁‖₂ against the same view I₁ of the first dataset. A bin
+/// counts where a component's brightness exceeds half of its median, so an extent is wrong by one bin at most.
+void run_extents_command(const ExtentsOptions& options, app::Console& console);
 
 }  // namespace sarnerf::bench

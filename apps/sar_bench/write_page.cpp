@@ -1,25 +1,148 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <span>
+#include <optional>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app_main.h"
-#include "studies.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
-#include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/report/page.h"
+#include "sarnerf/report/plot.h"
+#include "studies.h"
 
 namespace sarnerf::bench {
 
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Held-out PSNR of one run: (seconds or steps, dB), ascending.
+using Curve = std::vector<std::pair<double, double>>;
+
+Curve read_curve(const fs::path& run, const std::string& against) {
+  const fs::path file = run / "metrics.jsonl";
+  std::istringstream lines(read_whole_file(file));
+  Curve curve;
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const nlohmann::json j = nlohmann::json::parse(line, nullptr, false);
+    // An interrupted program may leave half a line at the end.
+    if (!j.is_object() || !j.contains("psnr_power_db")) continue;
+    if (!j.at("psnr_power_db").is_number() || !j.contains(against) || !j.at(against).is_number())
+      throw InputError(format("%s: line %zu: expected numbers '%s' and 'psnr_power_db'", file.string().c_str(), number, against.c_str()));
+    const double x = j.at(against).get<double>();
+    while (!curve.empty() && curve.back().first >= x) curve.pop_back();  // a resumed run repeats steps
+    if (x > 0.0) curve.emplace_back(x, j.at("psnr_power_db").get<double>());
+  }
+  if (curve.empty())
+    throw InputError(file.string() + ": expected held-out PSNR, found none; learn with --against or --holdout");
+  return curve;
+}
+
+/// Linear in the logarithm of x; nothing beyond the curve's ends.
+std::optional<double> value_at(const Curve& curve, double x) {
+  if (x < curve.front().first || x > curve.back().first * (1.0 + 1e-9)) return std::nullopt;
+  const auto behind = std::lower_bound(curve.begin(), curve.end(), std::pair(x, -1e300));
+  if (behind == curve.end()) return curve.back().second;
+  if (behind == curve.begin()) return behind->second;
+  const auto before = behind - 1;
+  const double part = std::log(x / before->first) / std::log(behind->first / before->first);
+  return before->second + part * (behind->second - before->second);
+}
+
+/// One method: several runs that differ in their seeds.
+struct Method {
+  std::string name;
+  std::vector<Curve> runs;
+
+  /// Mean, least and most at x over the runs, where all of them reach it.
+  std::optional<PlotPoint> at(double x) const {
+    PlotPoint point{x, 0.0, {}, {}};
+    for (const Curve& run : runs) {
+      const std::optional<double> y = value_at(run, x);
+      if (!y) return std::nullopt;
+      point.y += *y / static_cast<double>(runs.size());
+      point.y_low = std::min(point.y_low.value_or(*y), *y);
+      point.y_high = std::max(point.y_high.value_or(*y), *y);
+    }
+    if (runs.size() == 1) point.y_low = point.y_high = std::nullopt;
+    return point;
+  }
+};
+
+Method read_method(const std::string& text, const std::string& against) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    throw UsageError("expected NAME=RUN[,RUN...], found " + in_quotes(text));
+  Method method{text.substr(0, equals), {}};
+  std::istringstream runs(text.substr(equals + 1));
+  for (std::string run; std::getline(runs, run, ',');) method.runs.push_back(read_curve(run, against));
+  return method;
+}
+
+constexpr int kPointsOfCurve = 24, kColumns = 5;
+
+}  // namespace
+
+void run_curves_command(const CurvesOptions& o, app::Console& console) {
+  if (o.quiet) console.set_verbosity(-1);
+  const std::string against = o.by_steps ? "step" : "seconds";
+  std::vector<Method> methods;
+  for (const std::string& text : o.methods) methods.push_back(read_method(text, against));
+  double low = 1e300, high = 0.0;
+  for (const Method& method : methods)
+    for (const Curve& run : method.runs) {
+      low = std::min(low, run.front().first);
+      high = std::max(high, run.back().first);
+    }
+
+  Plot plot;
+  plot.title = o.title;
+  plot.x = {o.by_steps ? "steps" : "seconds", AxisScale::log};
+  plot.y = {"PSNR of unseen views (dB)"};
+  std::vector<TableColumn> columns{{"method"}, {"runs", Align::right}};
+  std::vector<double> at;
+  for (int n = 0; n < kColumns; ++n) {
+    at.push_back(high * std::pow(0.5, kColumns - 1 - n));
+    columns.push_back({format(o.by_steps ? "%.0f steps" : "%.3g s", at.back()), Align::right});
+  }
+  columns.push_back({"at the end", Align::right});
+  std::vector<std::vector<std::string>> rows;
+  for (const Method& method : methods) {
+    PlotSeries series;
+    series.name = method.name;
+    for (int n = 0; n < kPointsOfCurve; ++n) {
+      const double x = low * std::pow(high / low, n / (kPointsOfCurve - 1.0));
+      if (const auto point = method.at(x)) series.points.push_back(*point);
+    }
+    plot.series.push_back(series);
+    std::vector<std::string> row{method.name, std::to_string(method.runs.size())};
+    const auto cell = [&](const std::optional<PlotPoint>& p) {
+      if (!p) return std::string("–");
+      return p->y_low ? format("%.2f (%.2f to %.2f)", p->y, *p->y_low, *p->y_high) : format("%.2f", p->y);
+    };
+    for (const double x : at) row.push_back(cell(method.at(x)));
+    double end = 1e300;
+    for (const Curve& run : method.runs) end = std::min(end, run.back().first);
+    row.push_back(cell(method.at(end)));
+    rows.push_back(row);
+  }
+  const std::string table = markdown_table(columns, rows);
+  if (!o.picture.empty()) {
+    const std::vector<std::byte> png = png_of_svg(svg(plot));
+    write_file_atomically(o.picture, std::string(reinterpret_cast<const char*>(png.data()), png.size()));
+  }
+  app::print_result(table);
+}
+
+namespace {
 
 Pixels pixels_of(const fs::path& file) {
   if (file.extension() == ".tif" || file.extension() == ".tiff") return display_levels(read_image(file), Quantity::power);
@@ -45,87 +168,6 @@ void run_page_command(const PageOptions& o, app::Console& console) {
   if (page.title.empty()) page.title = o.input.stem().string();
   write_file_atomically(output, page_html(page));
   app::print_result(output.string() + "\n");
-}
-
-namespace {
-
-/// A dataset's images, in the order of its views.
-struct Views {
-  fs::path folder;
-  Dataset dataset;
-  std::vector<PosedImage> images;
-
-  explicit Views(const fs::path& from) : folder(from), dataset(read_manifest(from)) {
-    std::vector<std::size_t> all(dataset.views.size());
-    std::iota(all.begin(), all.end(), std::size_t{0});
-    images = load_images(folder, dataset, all);
-  }
-};
-
-bool is_same_view(const DatasetView& a, const DatasetView& b) {
-  constexpr double kAlike_deg = 0.01;
-  const double turn_deg = std::remainder(a.azimuth_deg - b.azimuth_deg, 360.0);
-  return std::abs(turn_deg) < kAlike_deg && std::abs(a.incidence_deg - b.incidence_deg) < kAlike_deg;
-}
-
-const Image<float>& image_of(const Views& views, const DatasetView& wanted) {
-  for (std::size_t n = 0; n < views.images.size(); ++n) {
-    if (!is_same_view(views.dataset.views[n], wanted)) continue;
-    const Image<float>& image = views.images[n].power;
-    if (image.n_azimuth() != wanted.n_azimuth || image.n_range() != wanted.n_range)
-      throw UsageError(format("%s: the view at azimuth %g, incidence %g degrees has %d x %d pixels, the first dataset's has %d x %d",
-                              views.folder.string().c_str(), wanted.azimuth_deg, wanted.incidence_deg, image.n_azimuth(), image.n_range(),
-                              wanted.n_azimuth, wanted.n_range));
-    return image;
-  }
-  throw UsageError(format("%s: expected a view at azimuth %g, incidence %g degrees, as the first dataset has, found none",
-                          views.folder.string().c_str(), wanted.azimuth_deg, wanted.incidence_deg));
-}
-
-constexpr int kFrame = 3;  ///< pixels around each image
-constexpr Colour kPaper{255, 255, 255}, kTrained{214, 39, 40};
-
-/// Draws an image into its place, with a frame of its colour.
-void draw(Image<Colour>& picture, const Image<std::uint8_t>& levels, int top, int left, int zoom, const Colour& frame) {
-  const int height = levels.n_azimuth() * zoom, width = levels.n_range() * zoom;
-  for (int row = -kFrame; row < height + kFrame; ++row)
-    for (int column = -kFrame; column < width + kFrame; ++column) {
-      const bool inside = row >= 0 && row < height && column >= 0 && column < width;
-      const std::uint8_t level = inside ? levels(row / zoom, column / zoom) : std::uint8_t{0};
-      picture(top + row, left + column) = inside ? Colour{level, level, level} : frame;
-    }
-}
-
-}  // namespace
-
-void run_strip_command(const StripOptions& o, app::Console& console) {
-  if (o.quiet) console.set_verbosity(-1);
-  std::vector<Views> rows;
-  for (const fs::path& folder : o.datasets) rows.emplace_back(folder);
-  const std::vector<DatasetView>& columns = rows.front().dataset.views;
-  std::vector<DatasetView> trained;
-  if (!o.trained.empty()) trained = read_manifest(o.trained).views;
-  float white = 0.0f;
-  for (const PosedImage& image : rows.front().images) white = std::max(white, white_level(image.power));
-
-  int width = kFrame, height = 0;
-  for (const DatasetView& view : columns) {
-    width += view.n_range * o.zoom + 2 * kFrame;
-    height = std::max(height, view.n_azimuth * o.zoom + 2 * kFrame);
-  }
-  Image<Colour> picture(height * static_cast<int>(rows.size()), width - kFrame, kPaper);
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    int left = 0;
-    for (const DatasetView& view : columns) {
-      const bool is_trained = std::any_of(trained.begin(), trained.end(), [&](const DatasetView& t) { return is_same_view(t, view); });
-      const Image<std::uint8_t> levels = display_levels(image_of(rows[r], view), Quantity::power, white);
-      draw(picture, levels, static_cast<int>(r) * height + kFrame, left + kFrame, o.zoom, is_trained ? kTrained : kPaper);
-      left += view.n_range * o.zoom + 2 * kFrame;
-    }
-  }
-  const std::vector<std::byte> png = encode_png(picture);
-  write_file_atomically(o.output, std::string(reinterpret_cast<const char*>(png.data()), png.size()));
-  app::print_result(o.output.string() + "\n");
 }
 
 }  // namespace sarnerf::bench

@@ -24,6 +24,7 @@ namespace sarnerf::app {
 struct Options {
   std::filesystem::path model;  ///< the file, or the folder of a run
 
+  std::filesystem::path views;  ///< dataset whose views are rendered; empty: by angles
   std::vector<double> incidence_deg;
   std::vector<double> azimuth_deg{0.0};
   std::optional<double> altitude_m;

@@ -27,7 +27,31 @@ namespace {
 /// Memory of LibTorch and the program. A few images are added to it; the model is not counted.
 constexpr std::uint64_t kBaseMemory = 600ull << 20;
 
+/// The views of the dataset --views, without its files.
+std::vector<DatasetView> views_of_dataset(const std::filesystem::path& folder, const ModelInfo& info) {
+  constexpr double kSameAim_m = 1e-3;
+  const Dataset dataset = read_manifest(folder);
+  const glm::dvec3 &aim = dataset.aim_m, &own = info.aim_m;
+  if (glm::distance(aim, own) > kSameAim_m)
+    throw UsageError(format("--views %s: expected views aimed at (%g, %g, %g) m, as the model's, found (%g, %g, %g) m",
+                            folder.string().c_str(), own.x, own.y, own.z, aim.x, aim.y, aim.z));
+  std::vector<DatasetView> views;
+  for (const DatasetView& of_file : dataset.views) {
+    DatasetView v = of_file;
+    v.image.clear();
+    v.axes = {Axis::plus_i, Axis::plus_j};
+    v.class_name.clear();
+    v.serial.clear();
+    v.source.clear();
+    validate(acquisition_of(v, own));
+    views.push_back(v);
+  }
+  if (views.empty()) throw UsageError("--views " + folder.string() + ": expected a dataset with views, found none");
+  return views;
+}
+
 std::vector<DatasetView> views_of(const Options& o, const ModelInfo& info) {
+  if (!o.views.empty()) return views_of_dataset(o.views, info);
   const DatasetView& usual = info.acquisition;
   const auto incidences =
       o.incidence_deg.empty() ? std::vector{usual.incidence_deg} : o.incidence_deg;
@@ -52,24 +76,34 @@ std::vector<DatasetView> views_of(const Options& o, const ModelInfo& info) {
   return views;
 }
 
-Json request_of(const Job& job, const std::filesystem::path& file) {
+/// The recipe's views: angles, or each view of --views.
+Json views_json(const Job& job) {
   const DatasetView& first = job.views.front();
+  if (!job.options.views.empty()) {
+    Json views = Json::array();
+    for (const DatasetView& v : job.views) views.push_back(Json::parse(view_text(v)));
+    return views;
+  }
   Json incidences = Json::array(), azimuths = Json::array();
   for (const DatasetView& v : job.views) {
     if (incidences.empty() || incidences.back() != Json(v.incidence_deg))
       incidences.push_back(v.incidence_deg);
   }
   for (const double azimuth_deg : job.options.azimuth_deg) azimuths.push_back(azimuth_deg);
+  Json j{{"incidence_deg", incidences}, {"azimuth_deg", azimuths}, {"look", first.look == Look::left ? "left" : "right"}};
+  if (job.options.altitude_m) {
+    j["altitude_m"] = *job.options.altitude_m;
+  } else {
+    j["slant_range_m"] = first.slant_range_m;
+  }
+  return j;
+}
+
+Json request_of(const Job& job, const std::filesystem::path& file) {
+  const DatasetView& first = job.views.front();
   Json j;
   j["model"] = {{"file", file.filename().string()}, {"sha256", sha256_of_file(file)}};
-  j["views"] = {{"incidence_deg", incidences},
-                {"azimuth_deg", azimuths},
-                {"look", first.look == Look::left ? "left" : "right"}};
-  if (job.options.altitude_m) {
-    j["views"]["altitude_m"] = *job.options.altitude_m;
-  } else {
-    j["views"]["slant_range_m"] = first.slant_range_m;
-  }
+  j["views"] = views_json(job);
   j["image"] = {{"size", {first.n_azimuth, first.n_range}},
                 {"spacing_m", {first.azimuth_spacing_m, first.range_spacing_m}},
                 {"calibration", name(job.model.info.calibration)},
@@ -151,9 +185,10 @@ void refuse_countless_bins(const Job& job) {
 
 void refuse_beyond_memory(const Job& job) {
   const MemoryLimit limit = memory_limit(job.options.shared);
-  const DatasetView& v = job.views.front();
-  const std::uint64_t needed = kBaseMemory + 16ull * static_cast<std::uint64_t>(v.n_azimuth) *
-                                                 static_cast<std::uint64_t>(v.n_range);
+  std::uint64_t most_pixels = 0;
+  for (const DatasetView& v : job.views)
+    most_pixels = std::max(most_pixels, static_cast<std::uint64_t>(v.n_azimuth) * static_cast<std::uint64_t>(v.n_range));
+  const std::uint64_t needed = kBaseMemory + 16ull * most_pixels;
   if (!limit.allows(needed))
     throw UsageError("about " + bytes_text(needed) + " are needed, and " + limit.text() + "; make the image smaller");
 }

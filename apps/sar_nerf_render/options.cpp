@@ -22,17 +22,19 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  sar_nerf_render cuboid_run --azimuth 12.5 -o view\n"
     "  sar_nerf_render cuboid_run --pitch 45 --azimuth 0:359:1 -o views/\n"
+    "  sar_nerf_render cuboid_run --views cuboid_test/ -o predicted/\n"
     "  sar_nerf_render cuboid_run --against cuboid_test/ -o scores/\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 not finite, 130 "
     "interrupted.";
 
-/// Options that --against excludes, because it takes the views from the dataset.
+/// Options that --views excludes, because it takes them from the dataset; --against also takes the rest.
 const std::vector<std::string> kViewOptions{"--pitch", "--depression", "--azimuth", "--altitude", "--slant-range", "--look",
-                                            "--size", "--spacing", "--quantity", "--resolution", "--window"};
+                                            "--size", "--spacing"};
+const std::vector<std::string> kImageOptions{"--quantity", "--resolution", "--window"};
 
-void refuse_views_beside_against(const CommandLine& command) {
-  for (const std::string& name : kViewOptions)
-    if (command.given(name)) throw UsageError("--against takes its views from the dataset; leave out " + name);
+void refuse_beside(const CommandLine& command, const std::string& source, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    if (command.given(name)) throw UsageError(source + " takes its views from the dataset; leave out " + name);
 }
 
 void refuse_comparison_alone(const Options& o) {
@@ -45,7 +47,11 @@ void refuse_comparison_alone(const Options& o) {
 void add_options(CommandLine& command, Options& o) {
   command.then([&] {
     o.shared = command.shared_options();
-    if (command.given("--against")) refuse_views_beside_against(command);
+    if (command.given("--views")) refuse_beside(command, "--views", kViewOptions);
+    if (!command.given("--against")) return;
+    refuse_beside(command, "--against", {"--views"});
+    refuse_beside(command, "--against", kViewOptions);
+    refuse_beside(command, "--against", kImageOptions);
   });
   command.add("MODEL", o.model, made_by("FILE", without_slash), "model.pt, or the folder of a run");
   command.require("MODEL");
@@ -61,6 +67,8 @@ void add_options(CommandLine& command, Options& o) {
   command.add("--look", o.look,
               one_of<std::optional<Look>>({{"right", Look::right}, {"left", Look::left}, {"auto", std::nullopt}}),
               "Side to which the radar looks; auto: the training views'");
+  command.add("--views", o.views, made_by("FOLDER", dataset_folder),
+              "Instead of all these, and of size and spacing: the views of this dataset");
 
   command.begin_group("Image (auto: as the training images)");
   command.add("--size", o.size, image_size().or_word("auto"), "Pixels, azimuth x range (64: 64x64)");
@@ -87,6 +95,7 @@ void add_options(CommandLine& command, Options& o) {
     if (o.against.empty()) refuse_comparison_alone(o);
   });
   command.read_later(kViewOptions);
+  command.read_later(kImageOptions);
 
   command.begin_group("Output");
   command.add("-o,--output", o.output, text("NAME"), "File name without ending, or folder; default RUN_view, RUN_views");

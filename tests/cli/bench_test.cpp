@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_bench's command line; what it measures is no matter of tests.
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
 #include "catch.h"
 #include "program.h"
 #include "sarnerf/core/files.h"
@@ -16,7 +20,7 @@ TEST_CASE("sar_bench names the study that it does not know") {
   const Conditions here{folder.path(), 0, {}, {}, {}};
   const Outcome unknown = sar_bench({"nope"}, here), near = sar_bench({"sped"}, here), none = sar_bench({}, here);
   CHECK(unknown.code == 2);
-  CHECK(has(unknown.err, "expected a study (speed, accuracy, voxel, extraction, learning, scenes, page, curves, strip, ablation), found 'nope'"));
+  CHECK(has(unknown.err, "expected a study (speed, accuracy, voxel, extraction, learning, scenes, page, curves, strip, extents, ablation), found 'nope'"));
   CHECK(has(near.err, "(speed?)"));
   CHECK(none.code == 2);
   const Outcome option = sar_bench({"speed", "--round", "5"}, here);
@@ -133,6 +137,16 @@ TEST_CASE("sar_bench strip puts views of datasets side by side, and page makes o
   CHECK(picture(1, 56)[0] > 200);
   CHECK(picture(1, 56)[1] < 100);
   for (int column = 0; column < picture.n_range(); ++column) CHECK(picture(10, column) == picture(48, column));
+  // A dataset of predictions may lack a view that was trained on: its place stays white. The difference of a view from itself is black.
+  CHECK(sar_bench({"strip", "a", "b", "--difference", "-o", "three.png"}, here).code == 0);
+  const sarnerf::Image<sarnerf::Colour> three = sarnerf::read_picture(folder.path() / "three.png");
+  REQUIRE(three.n_azimuth() == 3 * 22);
+  CHECK(three(2 * 22 + 10, 20) == sarnerf::Colour{0, 0, 0});
+  CHECK(sar_bench({"strip", "a", "one", "--trained", "a", "-o", "gap.png"}, here).code == 0);
+  CHECK(sarnerf::read_picture(folder.path() / "gap.png")(22 + 10, 10) == sarnerf::Colour{255, 255, 255});
+  const Outcome alone = sar_bench({"strip", "a", "--difference", "-o", "no.png"}, here);
+  CHECK(alone.code == 2);
+  CHECK(has(alone.err, "--difference: expected two datasets or more"));
   const Outcome missing = sar_bench({"strip", "a", "one", "-o", "no.png"}, here);
   CHECK(missing.code == 2);
   CHECK(has(missing.err, "one: expected a view at azimuth 0"));
@@ -148,6 +162,32 @@ TEST_CASE("sar_bench strip puts views of datasets side by side, and page makes o
   CHECK(gone.code == 3);
   CHECK(has(gone.err, "gone.png"));
   CHECK(sar_bench({"page", "r.md", "-o", "r.md"}, here).code == 2);
+}
+
+TEST_CASE("sar_bench extents measures wall, roof and shadow of a box along the middle row") {
+  const SceneFolder folder;
+  const Conditions here{folder.path(), 0, {}, {}, {}};
+  for (const char* name : {"a", "b"})
+    REQUIRE(sar_render({"box.obj", "--pitch", "45", "--size", "32x256", "--spacing", "0.05", "--azimuth", "0,180", "--slant-range", "1e6", "--ground",
+                        "grass", "--layers", "wall,roof,mask", "-o", name, "-q"}, here).code == 0);
+  const Outcome outcome = sar_bench({"extents", "a", "b"}, here);
+  CHECK(outcome.code == 0);
+  // From azimuth 0 the box is 2 m deep and 3 m high: the wall has 3 cos 45°, the roof 2 sin 45°, the shadow what of 5 sin 45° is behind its foot.
+  std::istringstream lines(outcome.out);
+  std::string line;
+  for (int n = 0; n < 2; ++n) std::getline(lines, line);
+  for (int n = 0; n < 4; ++n) {
+    REQUIRE(std::getline(lines, line));
+    CAPTURE(line);
+    double wall = 0.0, roof = 0.0, shadow = 0.0;
+    REQUIRE(std::sscanf(line.c_str(), "| %*s | %*s | %lf | %lf | %lf |", &wall, &roof, &shadow) == 3);
+    CHECK(std::abs(wall - 3.0 * std::sqrt(0.5)) < 0.051);
+    CHECK(std::abs(roof - 2.0 * std::sqrt(0.5)) < 0.051);
+    CHECK(std::abs(shadow - 5.0 * std::sqrt(0.5)) < 0.101);
+    CHECK(has(line, n < 2 ? "| – |" : "0.00 %"));
+  }
+  REQUIRE(sar_render({"box.obj", "--pitch", "45", "--size", "16x24", "--azimuth", "0,180", "-o", "bare", "-q"}, here).code == 0);
+  CHECK(has(sar_bench({"extents", "bare"}, here).out, "| – | – | – | – |"));
 }
 
 TEST_CASE("sar_bench curves prints the mean of runs after halves of the longest time") {

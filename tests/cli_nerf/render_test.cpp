@@ -184,6 +184,30 @@ TEST_CASE("a dry run of views prints the plan and writes nothing") {
   CHECK(compared.out == "scores/evaluation.json\n");
 }
 
+TEST_CASE("the views of a dataset are rendered as their angles give them") {
+  const LearnedScene scene;
+  scene.write_dataset("others", 3, 7.5, 24);
+  const Outcome views = scene.render({"run", "--views", "others", "-o", "predicted"});
+  INFO(views.err);
+  REQUIRE(views.code == 0);
+  const sarnerf::Dataset wanted = sarnerf::read_manifest(scene / "others"), made = sarnerf::read_manifest(scene / "predicted");
+  REQUIRE(made.views.size() == 3);
+  for (std::size_t n = 0; n < 3; ++n) {
+    CHECK(made.views[n].azimuth_deg == wanted.views[n].azimuth_deg);
+    CHECK(made.views[n].incidence_deg == wanted.views[n].incidence_deg);
+    CHECK(made.views[n].n_range == 24);
+  }
+  REQUIRE(scene.render({"run", "--azimuth", "7.5", "--size", "24", "-o", "one"}).code == 0);
+  const auto by_angle = sarnerf::read_image(scene / "one.tif"), by_dataset = sarnerf::read_image(scene / "predicted/images/view_000.tif");
+  CHECK(std::equal(by_angle.pixels().begin(), by_angle.pixels().end(), by_dataset.pixels().begin(), by_dataset.pixels().end()));
+  CHECK(scene.render({"run", "--views", "others", "-o", "predicted"}).err.find("already done") != std::string::npos);
+  scene.write_dataset("more", 3, 8.5, 24);
+  CHECK(scene.render({"run", "--views", "more", "-o", "predicted"}).code == 2);
+  CHECK(scene.render({"run", "--views", "others", "--azimuth", "3"}).is_error("--views takes its views from the dataset; leave out --azimuth"));
+  CHECK(scene.render({"run", "--views", "others", "--against", "data"}).is_error("leave out --views"));
+  CHECK(scene.render({"run", "--views", "nowhere"}).code != 0);
+}
+
 TEST_CASE("a model is compared with the views that it has not seen") {
   const LearnedScene scene;
   scene.write_dataset("test", 24, 0.0);
