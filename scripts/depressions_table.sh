@@ -20,22 +20,12 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 sets="15,17,30:15,17,30 15,30:17 15,17:30"
 every=5
 folder=$root/build/depressions_table
-options=
+import=
 chips=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --sets) sets=$2; shift 2 ;;
-    --every) every=$2; shift 2 ;;
-    --folder) folder=$2; shift 2 ;;
-    --import) options=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) chips=$1; shift ;;
-  esac
-done
+. "$root/scripts/report_values.sh"
+take_options "sets every folder import" chips= "$@"
 if [ -z "$chips" ]; then usage >&2; exit 2; fi
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
-. "$root/scripts/report_values.sh"
 mkdir -p "$folder"
 
 # import DEPRESSIONS NAME [OPTION...]: what is there already is kept.
@@ -43,7 +33,7 @@ import() {
   depressions=$1 name=$2
   shift 2
   # shellcheck disable=SC2086  # several options
-  "$programs/sar_import/sar_import" images "$chips" $options --depression "$depressions" -q -o "$folder/$name" "$@" > /dev/null
+  "$programs/sar_import/sar_import" images "$chips" $import --depression "$depressions" -q -o "$folder/$name" "$@" > /dev/null
 }
 
 echo "| trained | predicted | $despeckled_head"

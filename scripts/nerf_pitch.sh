@@ -27,28 +27,9 @@ pitches="36 38 40 42 44 46 48 50 52 54 30 60"
 train=
 seeds=1
 folder=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --solid | --step | --azimuths | --pitches | --train | --seeds)
-      if [ $# -lt 2 ]; then
-        echo "nerf_pitch.sh: $1: expected a value behind it, found none (see --help)" >&2
-        exit 2
-      fi ;;
-  esac
-  case "$1" in
-    --solid) solid=$2; shift 2 ;;
-    --step) step=$2; shift 2 ;;
-    --azimuths) azimuths=$2; shift 2 ;;
-    --pitches) pitches=$2; shift 2 ;;
-    --train) train=$2; shift 2 ;;
-    --seeds) seeds=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) folder=$1; shift ;;
-  esac
-done
-folder=${folder:-$root/build/nerf_pitch}
 . "$root/scripts/report_values.sh"
+take_options "solid step azimuths pitches train seeds" folder= "$@"
+folder=${folder:-$root/build/nerf_pitch}
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
 

@@ -22,21 +22,11 @@ views="72 36 24 12"
 solids="cuboid platform_upright platform_inverted"
 ground=false
 folder=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --seeds) seeds=$2; shift 2 ;;
-    --views) views=$2; shift 2 ;;
-    --solids) solids=$2; shift 2 ;;
-    --ground) ground=true; shift ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) folder=$1; shift ;;
-  esac
-done
+. "$root/scripts/report_values.sh"
+take_options "seeds views solids ground!" folder= "$@"
 name=nerf_table
 if $ground; then name=nerf_table_ground; fi
 folder=${folder:-$root/build/$name}
-. "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
 

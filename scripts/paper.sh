@@ -24,24 +24,14 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 quick=false
 long=false
 chips=
-import_options="--amplitude-scale 4/65535"
+import="--amplitude-scale 4/65535"
 lpips=
-seconds_limit=
+seconds=
 only=
 out=
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --quick) quick=true; shift ;;
-    --long) long=true; shift ;;
-    --chips | --import | --lpips | --only | --seconds)
-      if [ $# -lt 2 ]; then echo "paper.sh: $1: expected a value behind it, found none (see --help)" >&2; exit 2; fi
-      case "$1" in --chips) chips=$2 ;; --import) import_options=$2 ;; --lpips) lpips=$2 ;; --only) only=$2 ;; *) seconds_limit=$2 ;; esac
-      shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) out=$1; shift ;;
-  esac
-done
+. "$root/scripts/report_values.sh"
+take_options "quick! long! only seconds chips import lpips" out= "$@"
+seconds_limit=$seconds
 out=${out:-$root/build/paper}
 case "$seconds_limit" in
   *[!0-9]*) echo "paper.sh: --seconds $seconds_limit: expected a number of seconds, found none" >&2; exit 2 ;;
@@ -54,7 +44,6 @@ if [ -n "$chips" ] && ! [ -d "$chips" ]; then
   echo "paper.sh: --chips $chips: expected a folder, found none" >&2
   exit 3
 fi
-. "$root/scripts/report_values.sh"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$out/cells"
 revision=$(git -C "$root" rev-parse --short HEAD 2> /dev/null || echo unknown)
@@ -83,7 +72,7 @@ if [ -n "$seconds_limit" ]; then
 fi
 
 # Cells of other settings would be taken for this run's.
-settings="quick $quick, only ${only:-everything}, long $long, seconds ${seconds_limit:-as planned}, chips ${chips:-simulated}, import $import_options, lpips ${lpips:-none}"
+settings="quick $quick, only ${only:-everything}, long $long, seconds ${seconds_limit:-as planned}, chips ${chips:-simulated}, import $import, lpips ${lpips:-none}"
 if [ -f "$out/settings.txt" ] && [ "$(cat "$out/settings.txt")" != "$settings" ]; then
   echo "paper.sh: $out: expected a folder of the same settings ($settings), found $(cat "$out/settings.txt"); choose another folder" >&2
   exit 2

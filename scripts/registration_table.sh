@@ -17,16 +17,9 @@ USAGE
 root=$(cd "$(dirname "$0")/.." && pwd)
 seeds="103 105 107"
 folder=$root/build/registration_table
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --seeds) seeds=$2; shift 2 ;;
-    --folder) folder=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    *) usage >&2; exit 2 ;;
-  esac
-done
-programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 . "$root/scripts/report_values.sh"
+take_options "seeds folder" "" "$@"
+programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 . "$root/scripts/shifted_views.sh"
 mkdir -p "$folder"
 

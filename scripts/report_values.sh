@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # For scripts that make tables of the programs' reports: sourced by them.
 
-# take_options NAMES REST [ARGUMENT...]: sets the variable NAME for each --NAME VALUE of the names, and appends other arguments to the
-# variable REST. -h prints usage(); what is not an option is an error.
+# take_options NAMES REST [ARGUMENT...]: sets the variable NAME for each --NAME VALUE of the names, and to true for each --NAME of those
+# written NAME!. Other arguments are appended to the variable REST; of REST= the last one counts; without REST there must be none. -h
+# prints usage(); what is not an option is an error.
 take_options() {
   option_names=$1 rest=$2
   shift 2
@@ -11,18 +12,37 @@ take_options() {
     case "$1" in
       -h | --help) usage; exit 0 ;;
       -*)
-        option=
+        option= is_flag=false
         for option_name in $option_names; do
           if [ "$1" = "--$option_name" ]; then option=$option_name; fi
+          if [ "$1!" = "--$option_name" ]; then option=${option_name%?} is_flag=true; fi
         done
-        if [ -z "$option" ]; then usage >&2; exit 2; fi
+        if [ -z "$option" ]; then
+          echo "$(basename "$0"): $1: no such option" >&2
+          usage >&2
+          exit 2
+        fi
+        if $is_flag; then
+          eval "$option=true"
+          shift
+          continue
+        fi
         if [ $# -lt 2 ]; then
           echo "$(basename "$0"): $1: expected a value behind it, found none (see --help)" >&2
           exit 2
         fi
         eval "$option=\$2"
         shift 2 ;;
-      *) eval "$rest=\"\$$rest \$1\""; shift ;;
+      *)
+        case "$rest" in
+          "")
+            echo "$(basename "$0"): $1: expected options only" >&2
+            usage >&2
+            exit 2 ;;
+          *=) eval "${rest}\$1" ;;
+          *) eval "$rest=\"\${$rest:+\$$rest }\$1\"" ;;
+        esac
+        shift ;;
     esac
   done
 }

@@ -17,18 +17,11 @@ USAGE
 root=$(cd "$(dirname "$0")/.." && pwd)
 folder=$root/build/response_table
 vehicle=$root/data/truck.obj
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --folder) folder=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    -*) usage >&2; exit 2 ;;
-    *) vehicle=$1; shift ;;
-  esac
-done
+. "$root/scripts/report_values.sh"
+take_options "folder" vehicle= "$@"
 scale=1
 case "$vehicle" in *:*) scale=${vehicle##*:} vehicle=${vehicle%:*} ;; esac
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
-. "$root/scripts/report_values.sh"
 mkdir -p "$folder"
 
 # learn NAME RESPONSE SCENE OPTIONS...: a row of the table; RESPONSE "none" or "WIDTH WINDOW".

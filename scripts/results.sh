@@ -13,7 +13,7 @@ trial; all without arguments.
   --folder FOLDER  (default build/results)
   --meshes FOLDER  meshes from outside: stanford-bunny.obj, Kenney's vehicle-truck-*.obj and building-small-*.obj; what
                    is missing is left out
-  --chips FOLDER   manifest.csv and a folder of chips for each target; without it, no study of measured chips
+  --chips FOLDER   a folder of chips for each target, and manifest.csv in it or beside it; without it, no study of measured chips
 USAGE
 }
 
@@ -35,6 +35,8 @@ while [ $# -gt 0 ]; do
   esac
 done
 studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions chip_bodies extraction surfaces surfaces_ground trial}
+chips_csv=$chips/manifest.csv
+if [ ! -f "$chips_csv" ]; then chips_csv=$(dirname "$chips")/manifest.csv; fi
 export SARNERF_PROGRAMS="${SARNERF_PROGRAMS:-$root/build/release/apps}"
 bench=$SARNERF_PROGRAMS/sar_bench/sar_bench
 revision=$(git -C "$root" rev-parse --short HEAD)
@@ -100,17 +102,17 @@ study_chips() {
   targets=
   for target in 2S1_b01 ZSU_23_4_d08 BRDM_2_E-71 T72_A64; do targets="$targets $chips/$target"; done
   # shellcheck disable=SC2086
-  "$root/scripts/chips_table.sh" --folder chips.data --import "--csv $chips/manifest.csv --amplitude-scale 4/65535" $targets
+  "$root/scripts/chips_table.sh" --folder chips.data --import "--csv $chips_csv --amplitude-scale 4/65535" $targets
   command='scripts/chips_table.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01 ZSU_23_4_d08 BRDM_2_E-71 T72_A64'
 }
 study_chip_bodies() {
-  bodies() { "$root/scripts/chip_bodies.sh" --folder chip_bodies.data --import "--csv $chips/manifest.csv --amplitude-scale 4/65535" "$@"; }
+  bodies() { "$root/scripts/chip_bodies.sh" --folder chip_bodies.data --import "--csv $chips_csv --amplitude-scale 4/65535" "$@"; }
   bodies "$chips/2S1_b01" "$chips/BRDM_2_E-71" "$chips/ZSU_23_4_d08" "$chips/T72_A64"
   bodies --depressions 15,17,30 "$chips/2S1_b01" | sed 1,2d
   command='scripts/chip_bodies.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01 BRDM_2_E-71 ZSU_23_4_d08 T72_A64'
 }
 study_depressions() {
-  "$root/scripts/depressions_table.sh" --folder depressions.data --import "--csv $chips/manifest.csv --amplitude-scale 4/65535" \
+  "$root/scripts/depressions_table.sh" --folder depressions.data --import "--csv $chips_csv --amplitude-scale 4/65535" \
     "$chips/2S1_b01"
   command='scripts/depressions_table.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01'
 }

@@ -21,18 +21,9 @@ seeds="111 112 113 114 115"
 folder=$root/build/scenes_table
 train=
 run=run
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --seeds) seeds=$2; shift 2 ;;
-    --train) train=$2; shift 2 ;;
-    --run) run=$2; shift 2 ;;
-    --folder) folder=$2; shift 2 ;;
-    -h | --help) usage; exit 0 ;;
-    *) usage >&2; exit 2 ;;
-  esac
-done
-programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 . "$root/scripts/report_values.sh"
+take_options "seeds train run folder" "" "$@"
+programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$folder"
 
 few=0:330:30 many=0:350:10 unseen=7.3:337.3:30

@@ -126,7 +126,7 @@ void tell(const Options& o, const Model& model, const Extraction& x, Console& co
   if (model.field->kind() != "surface")
     console.note("the field " + std::string(model.field->kind()) +
                  " is fog: this is where it is dense, hollow where no view sees into it; sar_nerf_train --field surface learns a body");
-  if (model.field->kind() == "mlp" || model.field->kind() == "paper")
+  if (is_network(model.field->kind()))
     console.note(format("harmonics of degree 2 keep the network's brightness to within %.1f %%", 100.0 * x.harmonics_residual));
   if (const Integrator integrator = model.field->integrator(); integrator != Integrator::exact)
     console.note("learned by the rule " + std::string(name(integrator)) +

@@ -121,7 +121,7 @@ std::string title_of(const LearningRun& run) {
 }
 
 Trainer trainer_of(const std::string& field, TrainingSet set, std::uint64_t seed) {
-  app::use_torch_threads(field == "mlp" || field == "paper" ? thread_count() : 1);
+  app::use_torch_threads(is_network(field) ? thread_count() : 1);
   TrainerOptions options = default_options(set, field, Schedule::clock);
   options.seed = seed;
   return Trainer(std::move(set), options);

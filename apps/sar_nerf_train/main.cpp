@@ -58,7 +58,7 @@ Json choose(Options& options, const RunFolder& folder, Data& data, Console& cons
 
 void run(const Options& asked, Console& console) {
   Options options = asked;
-  use_torch_threads(options.field == "mlp" || options.field == "paper" ? options.shared.n_threads : 1);
+  use_torch_threads(is_network(options.field) ? options.shared.n_threads : 1);
   StageTimes times;
   times.add("start-up", seconds_since_start());
   const Monitor monitor{[&](std::string_view stage, std::uint64_t done, std::uint64_t n) {
@@ -78,7 +78,7 @@ void run(const Options& asked, Console& console) {
   if (!data.field_choice.empty()) times.add("trial of fields", trying.seconds());
   if (options.steps == 0) options.steps = default_steps(data.set, options.field);
   const TrainerOptions training = training_options(options, data.set);
-  if (options.field == "mlp" || options.field == "paper") warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
+  if (is_network(options.field)) warn_of_slow_blas(best_mlp_kernel(training.mlp.shape), console);
   const std::string config = config_text(options, training);
   if (options.dry_run) {
     const Trainer trainer(data.set, training, monitor);

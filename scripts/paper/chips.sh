@@ -44,7 +44,7 @@ chips_of() {
   set -- --depression "$wanted" -q -o "$out/chips_$target.$of" "$@"
   if [ -f "$table" ]; then
     # shellcheck disable=SC2086  # several options
-    set -- images "$chips/$target" --csv "$table" $import_options "$@"
+    set -- images "$chips/$target" --csv "$table" $import "$@"
   else
     set -- mstar "$chips/$target" "$@"
   fi

@@ -103,7 +103,7 @@ void describe(VdbScene& volume, const Model& model, const ExtractOptions& option
   }
   volume.set_metadata("body", std::string("threshold"));
   volume.set_metadata("threshold_per_m", extraction.threshold_per_m);
-  if (model.field->kind() == "mlp" || model.field->kind() == "paper") volume.set_metadata("harmonics_residual", extraction.harmonics_residual);
+  if (is_network(model.field->kind())) volume.set_metadata("harmonics_residual", extraction.harmonics_residual);
 }
 
 }  // namespace sarnerf

@@ -38,6 +38,9 @@ void write_archive(const std::filesystem::path& path, const Archive& archive);
 /// Throws CheckpointError for a file that is missing, truncated, damaged, or something else.
 Archive read_archive(const std::filesystem::path& path);
 
+/// Whether a kind of field (LearnedField::kind()) is a network, "mlp" or "paper": LibTorch computes it, on all threads.
+inline bool is_network(std::string_view kind) { return kind == "mlp" || kind == "paper"; }
+
 /// A scene that is learned from images: extinction and directional brightness in space. Its frame is world axes
 /// centred on the aim point.
 class LearnedField {

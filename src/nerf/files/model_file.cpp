@@ -52,7 +52,7 @@ Image<float> render_view(const LearnedField& field, const Acquisition& acquisiti
 std::unique_ptr<LearnedField> restore_field(const Archive& archive, const std::string& where) {
   const auto kind = member<std::string>(text_of(archive, "field", where), "kind", where);
   if (kind == "grid") return std::make_unique<GridField>(restore_grid_field(archive, where));
-  if (kind == "mlp" || kind == "paper") return std::make_unique<MlpField>(restore_mlp_field(archive, where));
+  if (is_network(kind)) return std::make_unique<MlpField>(restore_mlp_field(archive, where));
   if (kind == "surface") return std::make_unique<SurfaceField>(restore_surface_field(archive, where));
   throw CheckpointError(where + ": holds a field of kind '" + kind +
                         "', which this version does not have; it has: grid, mlp, surface");

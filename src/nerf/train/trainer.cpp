@@ -142,7 +142,7 @@ void RowQueue::restore(const Archive& archive, const TrainingSet& set, const std
 std::unique_ptr<FieldLearner> make_learner(const TrainingSet& set, const TrainerOptions& options, const Monitor& monitor) {
   if (options.field == "grid")
     return std::make_unique<GridLearner>(set, options.grid, monitor);
-  if (options.field == "mlp" || options.field == "paper") return make_mlp_learner(set, options.mlp, options.seed, monitor);
+  if (is_network(options.field)) return make_mlp_learner(set, options.mlp, options.seed, monitor);
   if (options.field == "surface") return make_surface_learner(set, options.surface, monitor);
   throw UsageError("there is no field '" + options.field + "'; there are: grid, mlp, paper, surface");
 }

@@ -79,7 +79,7 @@ void for_each_surface_option(Options& o, Visit&& visit) {
 template <class Options, class Visit>
 void for_each_option(Options& o, Visit&& visit) {
   visit("field", o.field);
-  if (o.field == "mlp" || o.field == "paper")
+  if (is_network(o.field))
     for_each_mlp_option(o.mlp, visit);
   else if (o.field == "surface")
     for_each_surface_option(o.surface, visit);
@@ -166,7 +166,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.mlp.integrator = name(Integrator::paper_gated);
     options.mlp.shape = {};
   }
-  if (field == "mlp" || field == "paper") {
+  if (is_network(field)) {
     options.rows_per_step = 10;
     options.ray_spacing = 1.0;
     options.end_depth = 7.0;
