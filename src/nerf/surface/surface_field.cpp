@@ -172,11 +172,30 @@ constexpr std::size_t kRowsAtATime = 32;
 /// Cosine below which the brightness falls linearly to 0, so that its derivative is bounded for every exponent.
 constexpr double kLeastCosine = 0.01;
 
-/// What f falls by, per metre, in the horizontal direction of a ray; and its derivatives by the fall along the ray and by the rise
-/// of f with height.
-struct LevelFall {
-  double cosine, by_fall, by_rise;
+/// Part of a gradient's length, which is 1 for a distance, below which its direction fades: in the middle of thin members.
+constexpr float kLeastSlope = 0.1f;
+
+/// The direction in which f rises at a point.
+struct Normal {
+  glm::vec3 unit;  ///< ∇f / slope
+  float slope;     ///< √(|∇f|² + kLeastSlope²)
 };
+
+/// Points one voxel from each of some points, below and above it along x, y and z: a central difference of interpolated values is
+/// the interpolated central difference.
+constexpr std::size_t kAround = 6;
+
+std::vector<glm::vec3> points_around(std::span<const glm::vec3> points_m, float voxel_m) {
+  std::vector<glm::vec3> around_m;
+  around_m.reserve(kAround * points_m.size());
+  for (const glm::vec3& p_m : points_m)
+    for (int axis = 0; axis < 3; ++axis)
+      for (const float by_m : {-voxel_m, voxel_m}) {
+        around_m.push_back(p_m);
+        around_m.back()[axis] += by_m;
+      }
+  return around_m;
+}
 
 /// The segments of some rows, the field at them, and the derivatives of it.
 struct Pass : torch::CustomClassHolder {
@@ -184,11 +203,11 @@ struct Pass : torch::CustomClassHolder {
 
   void sample(std::size_t part);
   void scatter_directional(std::size_t part, std::span<const float> d_brightness);
+  void sample_normals(std::size_t part);
   void sample_bounce(std::size_t part);
   void scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness, std::span<const float> d_bounce);
-  /// Adds the derivatives by f at the ends of the part's segments to `d_ends`.
-  void scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<float> d_ends);
-  LevelFall level_fall(std::size_t s, std::size_t ray) const;
+  /// Adds the derivatives by the normals of the part's segments to `d_normals`.
+  void scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<glm::vec3> d_normals);
   template <class Visit>
   void for_each_segment(std::size_t part, Visit&& visit) const {
     for (std::size_t q = first_ray[part]; q < first_ray[part + 1]; ++q)
@@ -207,8 +226,7 @@ struct Pass : torch::CustomClassHolder {
   std::vector<std::size_t> first_ray, first_end;  ///< of the parts
   std::vector<float> distance_m;                  ///< f at the ends
   std::vector<float> extinction_per_m, albedo, brightness;
-  std::vector<glm::vec3> around_m;            ///< points half a voxel below and above the centre of each segment
-  std::vector<float> around_distance_m;       ///< f there
+  std::vector<Normal> normal;                 ///< at the centres of the segments
   std::vector<float> bounce_albedo, bounce;   ///< of Path::by_ground; empty without
   struct Gradients {
     std::vector<float> distance, log_albedo, log_bounce, directional;
@@ -250,13 +268,8 @@ Pass::Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const 
   extinction_per_m.resize(length_m.size());
   albedo.resize(length_m.size());
   brightness.resize(length_m.size());
+  normal.resize(length_m.size());
   if (bounces) {
-    const glm::vec3 up_m(0.0f, static_cast<float>(0.5 * field.voxel_size_m()), 0.0f);
-    for (const glm::vec3& p_m : segments.point_m()) {
-      around_m.push_back(p_m - up_m);
-      around_m.push_back(p_m + up_m);
-    }
-    around_distance_m.resize(around_m.size());
     bounce_albedo.resize(length_m.size());
     bounce.resize(length_m.size());
   }
@@ -280,17 +293,6 @@ Lobe lobe(double cosine, double exponent) {
   return {power, exponent * power / cosine, power * std::log(cosine)};
 }
 
-/// What a segment adds: extinction and brightness, and their derivatives by its ends.
-struct Segment : Lobe {
-  SurfaceDepth depth;
-};
-
-Segment segment(double near_m, double far_m, double length_m, double sharpness_per_m, double exponent) {
-  const SurfaceDepth depth = surface_depth(near_m, far_m, length_m, sharpness_per_m);
-  const double cosine = (near_m - far_m) / length_m;
-  return {lobe(cosine, exponent), depth};
-}
-
 BrickView<const float> albedo_of(const SurfaceField& field) {
   return {&field.albedo_topology(), field.albedo_transform(), 1, numbers(field.log_albedo)};
 }
@@ -299,23 +301,39 @@ BrickView<const float> directional_of(const SurfaceField& field) {
   return {&field.albedo_topology(), field.albedo_transform(), kHarmonics, numbers(field.directional)};
 }
 
-LevelFall Pass::level_fall(std::size_t s, std::size_t ray) const {
-  const double down = double{segments.ray_direction()[ray].y}, level = std::sqrt(1.0 - down * down);
-  const double fall = double{distance_m[near_end[s]] - distance_m[near_end[s] + 1]} / double{length_m[s]};
-  const double rise = double{around_distance_m[2 * s + 1] - around_distance_m[2 * s]} / field.voxel_size_m();
-  return {(fall + down * rise) / level, 1.0 / level, down / level};
+/// A ray's horizontal direction: that of the bisector between both directions of a path by the ground, as seen from the body.
+glm::vec3 level_direction(const glm::vec3& direction) { return glm::normalize(glm::vec3(direction.x, 0.0f, direction.z)); }
+
+double cosine(const glm::vec3& direction, const Normal& normal) { return -double{glm::dot(direction, normal.unit)}; }
+
+/// ∂/∂∇f of cosine(), which is c.
+glm::vec3 cosine_by_gradient(const glm::vec3& direction, const Normal& normal, double c) {
+  return -(direction + static_cast<float>(c) * normal.unit) / normal.slope;
+}
+
+void Pass::sample_normals(std::size_t part) {
+  const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
+  const auto voxel_m = static_cast<float>(field.voxel_size_m());
+  const std::vector<glm::vec3> around_m = points_around(segments.point_m().subspan(begin, n), voxel_m);
+  std::vector<float> f(around_m.size());
+  TrilinearSampler(view_of(field, numbers(field.distance))).sample(around_m, f);
+  for (std::size_t s = 0; s < n; ++s) {
+    const float* const at = &f[kAround * s];
+    const glm::vec3 gradient = glm::vec3(at[1] - at[0], at[3] - at[2], at[5] - at[4]) / (2.0f * voxel_m);
+    const float slope = std::sqrt(glm::dot(gradient, gradient) + kLeastSlope * kLeastSlope);
+    normal[begin + s] = {gradient / slope, slope};
+  }
 }
 
 void Pass::sample_bounce(std::size_t part) {
   const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
-  TrilinearSampler(view_of(field, numbers(field.distance)))
-      .sample(std::span(around_m).subspan(2 * begin, 2 * n), std::span(around_distance_m).subspan(2 * begin, 2 * n));
   TrilinearSampler({&field.albedo_topology(), field.albedo_transform(), 1, numbers(field.log_bounce)})
       .sample(segments.point_m().subspan(begin, n), std::span(bounce_albedo).subspan(begin, n));
   const auto exponent = double{field.exponent.data_ptr<float>()[0]};
   for_each_segment(part, [&](std::size_t s, std::size_t ray) {
+    const double level_cosine = cosine(level_direction(segments.ray_direction()[ray]), normal[s]);
     bounce_albedo[s] = std::exp(bounce_albedo[s]);
-    bounce[s] = static_cast<float>(double{bounce_albedo[s]} * lobe(level_fall(s, ray).cosine, exponent).cos_to_p);
+    bounce[s] = static_cast<float>(double{bounce_albedo[s]} * lobe(level_cosine, exponent).cos_to_p);
   });
 }
 
@@ -337,15 +355,15 @@ void Pass::sample(std::size_t part) {
     }
   }
   const auto exponent = double{field.exponent.data_ptr<float>()[0]};
+  sample_normals(part);
   if (bounces) sample_bounce(part);
-  for (std::size_t s = begin; s < end; ++s) {
+  for_each_segment(part, [&](std::size_t s, std::size_t ray) {
     const double length = double{length_m[s]};
-    const Segment at = segment(double{distance_m[near_end[s]]}, double{distance_m[near_end[s] + 1]}, length,
-                               field.sharpness_per_m(), exponent);
-    extinction_per_m[s] = static_cast<float>(at.depth.depth / (2.0 * length));
+    const SurfaceDepth at = surface_depth(double{distance_m[near_end[s]]}, double{distance_m[near_end[s] + 1]}, length, field.sharpness_per_m());
+    extinction_per_m[s] = static_cast<float>(at.depth / (2.0 * length));
     albedo[s] = std::exp(albedo[s]);
-    brightness[s] = static_cast<float>(double{albedo[s]} * at.cos_to_p);
-  }
+    brightness[s] = static_cast<float>(double{albedo[s]} * lobe(cosine(segments.ray_direction()[ray], normal[s]), exponent).cos_to_p);
+  });
 }
 
 void Pass::scatter_directional(std::size_t part, std::span<const float> d_brightness) {
@@ -362,26 +380,20 @@ void Pass::scatter_directional(std::size_t part, std::span<const float> d_bright
                     segments.point_m().subspan(begin, end - begin), d_coefficients);
 }
 
-void Pass::scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<float> d_ends) {
+void Pass::scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<glm::vec3> d_normals) {
   Gradients& mine = gradients[part];
   const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
-  std::vector<float> d_around(2 * n), d_albedo(n);
+  std::vector<float> d_albedo(n);
   const auto exponent = double{field.exponent.data_ptr<float>()[0]};
   for_each_segment(part, [&](std::size_t s, std::size_t ray) {
-    const LevelFall fall = level_fall(s, ray);
-    const Lobe at = lobe(fall.cosine, exponent);
-    const double by_bounce = double{d_bounce[s]} * double{bounce_albedo[s]}, by_cosine = by_bounce * at.by_cosine;
-    const auto by_end = static_cast<float>(by_cosine * fall.by_fall / double{length_m[s]});
-    const auto by_around = static_cast<float>(by_cosine * fall.by_rise / field.voxel_size_m());
-    d_ends[near_end[s] - first_end[part]] += by_end;
-    d_ends[near_end[s] + 1 - first_end[part]] -= by_end;
-    d_around[2 * (s - begin)] = -by_around;
-    d_around[2 * (s - begin) + 1] = by_around;
+    const glm::vec3 level = level_direction(segments.ray_direction()[ray]);
+    const double c = cosine(level, normal[s]), by_bounce = double{d_bounce[s]} * double{bounce_albedo[s]};
+    const Lobe at = lobe(c, exponent);
+    d_normals[s - begin] += static_cast<float>(by_bounce * at.by_cosine) * cosine_by_gradient(level, normal[s], c);
     d_albedo[s - begin] = static_cast<float>(by_bounce * at.cos_to_p);
     mine.exponent += by_bounce * at.by_exponent;
   });
   mine.log_bounce.assign(static_cast<std::size_t>(field.log_bounce.numel()), 0.0f);
-  scatter_trilinear({&field.topology(), field.transform(), 1, mine.distance}, std::span(around_m).subspan(2 * begin, 2 * n), d_around);
   scatter_trilinear({&field.albedo_topology(), field.albedo_transform(), 1, mine.log_bounce}, segments.point_m().subspan(begin, n), d_albedo);
 }
 
@@ -391,26 +403,38 @@ void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::s
   mine.distance.assign(field.n_voxels(), 0.0f);
   mine.log_albedo.assign(static_cast<std::size_t>(field.log_albedo.numel()), 0.0f);
   mine.exponent = 0.0;
-  const std::size_t begin = segments.ray_begin()[first_ray[part]], end = segments.ray_begin()[first_ray[part + 1]];
+  const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
   const std::size_t first = first_end[part], n_ends = first_end[part + 1] - first;
-  std::vector<float> d_ends(n_ends, 0.0f), d_albedo(end - begin);
+  std::vector<float> d_ends(n_ends, 0.0f), d_albedo(n);
+  std::vector<glm::vec3> d_normals(n);
   const auto exponent = double{field.exponent.data_ptr<float>()[0]};
-  for (std::size_t s = begin; s < end; ++s) {
+  for_each_segment(part, [&](std::size_t s, std::size_t ray) {
     const double length = double{length_m[s]};
-    const Segment at = segment(double{distance_m[near_end[s]]}, double{distance_m[near_end[s] + 1]}, length,
-                               field.sharpness_per_m(), exponent);
+    const SurfaceDepth depth = surface_depth(double{distance_m[near_end[s]]}, double{distance_m[near_end[s] + 1]}, length, field.sharpness_per_m());
     const double by_depth = double{d_extinction[s]} / (2.0 * length);
-    const double by_brightness = double{d_brightness[s]} * double{albedo[s]};
-    const double by_drop = by_brightness * at.by_cosine / length;
-    d_ends[near_end[s] - first] += static_cast<float>(by_depth * at.depth.by_near + by_drop);
-    d_ends[near_end[s] + 1 - first] += static_cast<float>(by_depth * at.depth.by_far - by_drop);
+    d_ends[near_end[s] - first] += static_cast<float>(by_depth * depth.by_near);
+    d_ends[near_end[s] + 1 - first] += static_cast<float>(by_depth * depth.by_far);
+    const glm::vec3& direction = segments.ray_direction()[ray];
+    const double c = cosine(direction, normal[s]), by_brightness = double{d_brightness[s]} * double{albedo[s]};
+    const Lobe at = lobe(c, exponent);
+    d_normals[s - begin] = static_cast<float>(by_brightness * at.by_cosine) * cosine_by_gradient(direction, normal[s], c);
     d_albedo[s - begin] = static_cast<float>(by_brightness * at.cos_to_p);
     mine.exponent += by_brightness * at.by_exponent;
-  }
-  if (bounces) scatter_bounce(part, d_bounce, d_ends);
-  scatter_trilinear({&field.topology(), field.transform(), 1, mine.distance}, std::span(end_m).subspan(first, n_ends), d_ends);
-  scatter_trilinear({&field.albedo_topology(), field.albedo_transform(), 1, mine.log_albedo},
-                    segments.point_m().subspan(begin, end - begin), d_albedo);
+  });
+  if (bounces) scatter_bounce(part, d_bounce, d_normals);
+  const BrickView<float> distance{&field.topology(), field.transform(), 1, mine.distance};
+  scatter_trilinear(distance, std::span(end_m).subspan(first, n_ends), d_ends);
+  const auto voxel_m = static_cast<float>(field.voxel_size_m());
+  std::vector<float> d_around;
+  d_around.reserve(kAround * n);
+  for (const glm::vec3& by_gradient : d_normals)
+    for (int axis = 0; axis < 3; ++axis) {
+      const float by_f = by_gradient[axis] / (2.0f * voxel_m);
+      d_around.push_back(-by_f);
+      d_around.push_back(by_f);
+    }
+  scatter_trilinear(distance, points_around(segments.point_m().subspan(begin, n), voxel_m), d_around);
+  scatter_trilinear({&field.albedo_topology(), field.albedo_transform(), 1, mine.log_albedo}, segments.point_m().subspan(begin, n), d_albedo);
 }
 
 /// The pass as an autograd function of LibTorch.
