@@ -32,13 +32,13 @@ render 0:350:10 "$folder/data"
 render 5:355:30 "$folder/test"
 
 n_runs=0
-# setting NAME OPTIONS...: a run for each seed, appended to `methods` as NAME=RUN,RUN.
+# setting NAME RUN OPTIONS...: runs RUN.SEED, unless they are there, appended to `methods` as NAME=RUN.1,RUN.2.
 setting() {
-  name=$1
-  shift
+  name=$1 base=$2
+  shift 2
   runs=
   for seed in $(seq "$seeds"); do
-    run=$folder/$name.$seed
+    run=$folder/$base.$seed
     n_runs=$((n_runs + 1))
     if [ ! -f "$run/report.json" ]; then
       echo "paper_claims.sh: run $n_runs, $name, seed $seed" >&2
@@ -47,11 +47,15 @@ setting() {
     fi
     runs=$runs${runs:+,}$run
   done
-  methods="$methods $name=$runs"
+  methods="$methods
+$name=$runs"
 }
 
-# study FILE TITLE: table and diagrams of the settings since the last one.
+# study FILE TITLE: table and diagrams of the settings since the last one, a line of `methods` each.
 study() {
+  spaces=$IFS
+  IFS='
+'
   {
     echo
     echo "## $2"
@@ -65,6 +69,7 @@ study() {
     echo "![$2, against steps]($1_steps.png)"
     echo
   } >> "$folder/claims.md"
+  IFS=$spaces
   methods=
 }
 
@@ -73,24 +78,22 @@ cat > "$folder/claims.md" <<TEXT
 # Which of the paper's claims about its network hold
 
 The field \`mlp\`, 36 views of the cuboid at 45°, 64 × 64 pixels of 0.6 m; PSNR of power over 12 unseen azimuths; $seeds seeds, mean (least to largest). Made by
-\`scripts/paper_claims.sh --seeds $seeds --time $time\`, $(nproc) cores.
+\`scripts/paper_claims.sh --seeds $seeds --time $time\`, revision $(git -C "$root" rev-parse --short HEAD 2> /dev/null || echo unknown), on
+$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores. \`8 x 256\`, \`exact rule\` and \`four frequencies\` are the same runs.
 TEXT
-setting exact
-setting tanh_gate --option integrator=paper-gated
-setting ungated --option integrator=paper
+setting "exact rule" default
+setting "tanh gate" tanh_gate --option integrator=paper-gated
+setting ungated ungated --option integrator=paper
 study activation "Activation: the paper's gate (tanh), without a gate, and the exact rule"
-setting L4 --option position_frequencies=4
-setting L6 --option position_frequencies=6
-setting L8 --option position_frequencies=8
-setting L10 --option position_frequencies=10
+for frequencies in 4 6 8 10; do setting "L = $frequencies" "L$frequencies" --option position_frequencies=$frequencies; done
 study encoding "Number of frequencies L of the encoding"
-setting direction
-setting no_direction --option direction_frequencies=0
-study direction "Direction in G: four frequencies, and the direction itself alone"
-setting w256
-setting w128 --option width=128
-setting w64 --option width=64
-setting d4 --option depth=4 --option skip=2
-study size "Size of the network: 8 layers of 256, 128 and 64, and 4 layers of 256"
+setting "four frequencies" default
+setting "direction alone" no_frequencies --option direction_frequencies=0
+study direction "Direction in G: with four frequencies, and as it is"
+setting "8 x 256" default
+setting "8 x 128" w128 --option width=128
+setting "8 x 64" w64 --option width=64
+setting "4 x 256" d4 --option depth=4 --option skip=2
+study size "Size of the network: layers x features"
 "$programs/sar_bench/sar_bench" page "$folder/claims.md" -q > /dev/null
 cat "$folder/claims.md"

@@ -45,17 +45,18 @@ struct SurfaceOptions {
 ///
 ///     two-way extinction  2 κ = s Ψ(−s f)            Ψ: Laplace's distribution function, s the sharpness (VolSDF,
 ///                                                    Yariv et al. 2021)
-///     brightness          γ = e^(a + b) cos^p        cos: what f falls by along the ray, per metre
+///     brightness          γ = e^(a + b) cos^p        cos = −d·n, n = ∇f / √(|∇f|² + 0.1²)
 ///                         b(d) = Σ_lm D_lm Y_lm(d)   d: the ray's direction; l ≤ 2; 0 until start_directional()
-///     by the ground       γ' = e^c cos'^p            cos': what f falls by in the ray's horizontal direction, per metre;
-///                                                    0 until start_bounce()
+///     by the ground       γ' = e^c cos'^p            cos' = −d'·n, d': the ray's horizontal direction, of length 1; 0 until
+///                                                    start_bounce()
 ///
 /// f is interpolated trilinearly on a sparse grid; the log albedos a and c and the coefficients D_lm on a coarse grid; the exponent
 /// p is one number. b corrects what e^a cos^p cannot show: edges that the lattice rounds off are too bright where they face the
 /// radar, and albedos differ on scales below a voxel of the albedo. It belongs to the views, not to the body: volumes do not
-/// have it. A segment has the depth of a distance that changes linearly between its ends, in closed form (mpa/surface_density.h). cos is the cosine
-/// of the incidence, since the gradient of a distance has length 1: no normals are computed. Where cos falls below 0.01, γ falls
-/// linearly to 0.
+/// have it. A segment has the depth of a distance that changes linearly between its ends, in closed form (mpa/surface_density.h). The
+/// normal n is that at the segment's centre: ∇f is taken from f one voxel away on either side along each axis. Its length is
+/// divided out, since the filters of learning leave |∇f| below 1 where the surface bends, and brightness must not depend on that; the 0.1
+/// lets n fade where f has a ridge, in the middle of thin members. Where cos falls below 0.01, γ falls linearly to 0.
 ///
 /// γ' is the brightness of the double bounce between a level ground and the body (Path::by_ground). A point of the body returns it
 /// in the range bin of its foot. It is brightest where the bisector between both directions of the path, which is horizontal,
