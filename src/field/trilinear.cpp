@@ -9,6 +9,7 @@
 #include <glm/glm.hpp>
 
 #include "check_field.h"
+#include "sarnerf/core/error.h"
 #include "sarnerf/field/brick_grid.h"
 #include "sarnerf/field/field_sampler.h"
 
@@ -282,6 +283,22 @@ void scatter(const BrickView<float>& any_grid, std::span<const glm::vec3> points
   for_each_place(grid, finder, points_m, nowhere.data(), visit);
 }
 
+/// The eight corners of a place in a grid of one channel; null where there is no brick.
+template <class T>
+std::array<T*, 8> corners(const Place<T>& place) {
+  if (!place.in_pairs) return place.voxels;
+  std::array<T*, 8> of_pairs;
+  for (std::size_t n = 0; n < 8; ++n) of_pairs[n] = place.voxels[n / 2] + n % 2;
+  return of_pairs;
+}
+
+/// Derivative of the weight of corner n by each coordinate, in voxels.
+glm::vec3 weight_slope(const glm::vec3& f, std::size_t n) {
+  const bool x = n & 4, y = n & 2, z = n & 1;
+  const float wx = x ? f.x : 1.0f - f.x, wy = y ? f.y : 1.0f - f.y, wz = z ? f.z : 1.0f - f.z;
+  return {(x ? 1.0f : -1.0f) * wy * wz, wx * (y ? 1.0f : -1.0f) * wz, wx * wy * (z ? 1.0f : -1.0f)};
+}
+
 /// Calls f.operator()<kChannels>() with the number of channels if it is one of the usual ones (one or two
 /// extinctions with 1, 4 or 9 harmonics, an extinction or 9 harmonics alone), else with 0.
 template <class F>
@@ -334,6 +351,40 @@ void scatter_trilinear(const BrickView<float>& grid_gradients, std::span<const g
   check_samples<float>(grid_gradients, points_m.size(), sample_gradients.size());
   with_channels(grid_gradients.n_channels, [&]<int kChannels>() {
     scatter<kChannels>(grid_gradients, points_m, sample_gradients.data());
+  });
+}
+
+void sample_gradients(const BrickView<const float>& grid, std::span<const glm::vec3> points_m, std::span<glm::vec3> gradients) {
+  validate(grid);
+  if (grid.n_channels != 1) throw UsageError("gradients are those of a grid with one channel");
+  expect_field_length(gradients.size(), points_m.size(), "the array of gradients");
+  const std::array<float, 2> zeros{};
+  const auto per_m = static_cast<float>(1.0 / grid.transform.voxel_size_m);
+  BrickFinder finder(*grid.topology);
+  glm::vec3* out = gradients.data();
+  for_each_place(grid, finder, points_m, zeros.data(), [&](const Place<const float>& place, const glm::vec3& f) {
+    const std::array<const float*, 8> corner = corners(place);
+    glm::vec3 sum(0.0f);
+    for (std::size_t n = 0; n < 8; ++n)
+      if (corner[n]) sum += *corner[n] * weight_slope(f, n);
+    *out++ = per_m * sum;
+  });
+}
+
+void scatter_gradients(const BrickView<float>& grid_gradients, std::span<const glm::vec3> points_m,
+                       std::span<const glm::vec3> by_gradients) {
+  validate(grid_gradients);
+  if (grid_gradients.n_channels != 1) throw UsageError("gradients are those of a grid with one channel");
+  expect_field_length(by_gradients.size(), points_m.size(), "the array of derivatives by gradients");
+  std::array<float, 2> nowhere{};
+  const auto per_m = static_cast<float>(1.0 / grid_gradients.transform.voxel_size_m);
+  BrickFinder finder(*grid_gradients.topology);
+  const glm::vec3* in = by_gradients.data();
+  for_each_place(grid_gradients, finder, points_m, nowhere.data(), [&](const Place<float>& place, const glm::vec3& f) {
+    const std::array<float*, 8> corner = corners(place);
+    const glm::vec3 by_gradient = per_m * *in++;
+    for (std::size_t n = 0; n < 8; ++n)
+      if (corner[n]) *corner[n] += glm::dot(by_gradient, weight_slope(f, n));
   });
 }
 

@@ -153,6 +153,45 @@ TEST_CASE("the adjoint is the transpose") {
   }
 }
 
+TEST_CASE("gradients are those of the interpolation within each cell, and their adjoint is the transpose") {
+  const BrickGrid<double> exact = random_grid(5, 1);
+  BrickGrid<float> grid = as_float(exact);
+  const std::vector<glm::vec3> points = random_points(6, 4000, grid.transform());
+  std::vector<glm::vec3> gradients(points.size());
+  sample_gradients(grid.view(), points, gradients);
+  DenseGrid dense(exact);
+  int n_checked = 0;
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const glm::dvec3 index = grid.transform().index_from_world(glm::dvec3(points[n]));
+    constexpr double kStep = 1e-3;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double fraction = index[axis] - std::floor(index[axis]);
+      if (fraction < 2 * kStep || fraction > 1 - 2 * kStep || std::abs(index[axis]) > 21.0) continue;
+      glm::dvec3 low = index, high = index;
+      low[axis] -= kStep;
+      high[axis] += kStep;
+      const double difference = (dense.sample(high, 0) - dense.sample(low, 0)) / (2 * kStep * grid.transform().voxel_size_m);
+      CHECK(std::abs(double{gradients[n][axis]} - difference) < 2e-4);
+      ++n_checked;
+    }
+  }
+  CHECK(n_checked > 10000);
+
+  const std::vector<float> by = random_values<float>(7, 3 * points.size());
+  std::vector<glm::vec3> by_gradients(points.size());
+  for (std::size_t n = 0; n < points.size(); ++n) by_gradients[n] = {by[3 * n], by[3 * n + 1], by[3 * n + 2]};
+  BrickGrid<float> by_voxels = as_float(exact);
+  std::ranges::fill(by_voxels.view().values, 0.0f);
+  scatter_gradients(by_voxels.view(), points, by_gradients);
+  double forward = 0.0, backward = 0.0;
+  for (std::size_t n = 0; n < points.size(); ++n) forward += double{glm::dot(gradients[n], by_gradients[n])};
+  for (std::size_t v = 0; v < grid.view().values.size(); ++v) backward += double{grid.view().values[v]} * double{by_voxels.view().values[v]};
+  CHECK(std::abs(forward - backward) < 1e-3 * std::abs(forward) + 1e-2);
+  CHECK_THROWS_AS(sample_gradients(grid.view(), points, std::span(gradients).first(3)), UsageError);
+  const BrickGrid<float> two(grid.transform(), 2);
+  CHECK_THROWS_AS(sample_gradients(two.view(), points, gradients), UsageError);
+}
+
 TEST_CASE("outside of all bricks there is nothing, wherever that is") {
   BrickGrid<float> grid({}, 1);
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();

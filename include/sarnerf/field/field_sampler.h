@@ -77,6 +77,14 @@ class TrilinearSampler {
 void scatter_trilinear(const BrickView<float>& grid_gradients, std::span<const glm::vec3> points_m,
                        std::span<const float> sample_gradients);
 
+/// Gradients (1/m) of the interpolation of a grid of one channel, at points: of the trilinear function in each cell, so they jump
+/// from cell to cell. 0 where there is no brick. Throws UsageError for more channels and where lengths do not fit.
+void sample_gradients(const BrickView<const float>& grid, std::span<const glm::vec3> points_m, std::span<glm::vec3> gradients);
+
+/// Adjoint of sample_gradients(): from ∂L/∂gradients adds ∂L/∂voxels to `grid_gradients`. Threads: as scatter_trilinear().
+void scatter_gradients(const BrickView<float>& grid_gradients, std::span<const glm::vec3> points_m,
+                       std::span<const glm::vec3> by_gradients);
+
 /// Meaning of the channels after the extinctions, which give the source term.
 enum class SourceBasis {
   scattering,  ///< P (1/m), one channel

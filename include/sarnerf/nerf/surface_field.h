@@ -54,7 +54,7 @@ struct SurfaceOptions {
 /// p is one number. b corrects what e^a cos^p cannot show: edges that the lattice rounds off are too bright where they face the
 /// radar, and albedos differ on scales below a voxel of the albedo. It belongs to the views, not to the body: volumes do not
 /// have it. A segment has the depth of a distance that changes linearly between its ends, in closed form (mpa/surface_density.h). The
-/// normal n is that at the segment's centre: ∇f is taken from f one voxel away on either side along each axis. Its length is
+/// normal n is that at the segment's centre, from the gradient of the interpolated f. Its length is
 /// divided out, since the filters of learning leave |∇f| below 1 where the surface bends, and brightness must not depend on that; the 0.1
 /// lets n fade where f has a ridge, in the middle of thin members. Where cos falls below 0.01, γ falls linearly to 0.
 ///

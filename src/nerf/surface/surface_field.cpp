@@ -175,27 +175,14 @@ constexpr double kLeastCosine = 0.01;
 /// Part of a gradient's length, which is 1 for a distance, below which its direction fades: in the middle of thin members.
 constexpr float kLeastSlope = 0.1f;
 
+/// Two-way depth of a segment below which its brightness is left out.
+constexpr float kLeastDepth = 1e-5f;
+
 /// The direction in which f rises at a point.
 struct Normal {
   glm::vec3 unit;  ///< ∇f / slope
   float slope;     ///< √(|∇f|² + kLeastSlope²)
 };
-
-/// Points one voxel from each of some points, below and above it along x, y and z: a central difference of interpolated values is
-/// the interpolated central difference.
-constexpr std::size_t kAround = 6;
-
-std::vector<glm::vec3> points_around(std::span<const glm::vec3> points_m, float voxel_m) {
-  std::vector<glm::vec3> around_m;
-  around_m.reserve(kAround * points_m.size());
-  for (const glm::vec3& p_m : points_m)
-    for (int axis = 0; axis < 3; ++axis)
-      for (const float by_m : {-voxel_m, voxel_m}) {
-        around_m.push_back(p_m);
-        around_m.back()[axis] += by_m;
-      }
-  return around_m;
-}
 
 /// The segments of some rows, the field at them, and the derivatives of it.
 struct Pass : torch::CustomClassHolder {
@@ -204,10 +191,11 @@ struct Pass : torch::CustomClassHolder {
   void sample(std::size_t part);
   void scatter_directional(std::size_t part, std::span<const float> d_brightness);
   void sample_normals(std::size_t part);
+  std::vector<glm::vec3> seen_points_m(std::size_t part) const;
   void sample_bounce(std::size_t part);
   void scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness, std::span<const float> d_bounce);
-  /// Adds the derivatives by the normals of the part's segments to `d_normals`.
-  void scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<glm::vec3> d_normals);
+  /// Adds the derivatives by ∇f at the part's segments to `d_gradients`.
+  void scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<glm::vec3> d_gradients);
   template <class Visit>
   void for_each_segment(std::size_t part, Visit&& visit) const {
     for (std::size_t q = first_ray[part]; q < first_ray[part + 1]; ++q)
@@ -226,7 +214,8 @@ struct Pass : torch::CustomClassHolder {
   std::vector<std::size_t> first_ray, first_end;  ///< of the parts
   std::vector<float> distance_m;                  ///< f at the ends
   std::vector<float> extinction_per_m, albedo, brightness;
-  std::vector<Normal> normal;                 ///< at the centres of the segments
+  std::vector<Normal> normal;                 ///< at the centres of the segments; 0 where nothing is seen
+  std::vector<std::vector<std::uint32_t>> seen;  ///< segments of each part, counted from its first, that have a depth to speak of
   std::vector<float> bounce_albedo, bounce;   ///< of Path::by_ground; empty without
   struct Gradients {
     std::vector<float> distance, log_albedo, log_bounce, directional;
@@ -268,7 +257,8 @@ Pass::Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const 
   extinction_per_m.resize(length_m.size());
   albedo.resize(length_m.size());
   brightness.resize(length_m.size());
-  normal.resize(length_m.size());
+  normal.resize(length_m.size(), {glm::vec3(0.0f), 1.0f});
+  seen.resize(n_parts());
   if (bounces) {
     bounce_albedo.resize(length_m.size());
     bounce.resize(length_m.size());
@@ -311,17 +301,25 @@ glm::vec3 cosine_by_gradient(const glm::vec3& direction, const Normal& normal, d
   return -(direction + static_cast<float>(c) * normal.unit) / normal.slope;
 }
 
+/// Points of the part's segments that have normals.
+std::vector<glm::vec3> Pass::seen_points_m(std::size_t part) const {
+  const auto points_m = segments.point_m().subspan(segments.ray_begin()[first_ray[part]]);
+  std::vector<glm::vec3> of_seen_m;
+  of_seen_m.reserve(seen[part].size());
+  for (const std::uint32_t s : seen[part]) of_seen_m.push_back(points_m[s]);
+  return of_seen_m;
+}
+
 void Pass::sample_normals(std::size_t part) {
-  const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
-  const auto voxel_m = static_cast<float>(field.voxel_size_m());
-  const std::vector<glm::vec3> around_m = points_around(segments.point_m().subspan(begin, n), voxel_m);
-  std::vector<float> f(around_m.size());
-  TrilinearSampler(view_of(field, numbers(field.distance))).sample(around_m, f);
-  for (std::size_t s = 0; s < n; ++s) {
-    const float* const at = &f[kAround * s];
-    const glm::vec3 gradient = glm::vec3(at[1] - at[0], at[3] - at[2], at[5] - at[4]) / (2.0f * voxel_m);
-    const float slope = std::sqrt(glm::dot(gradient, gradient) + kLeastSlope * kLeastSlope);
-    normal[begin + s] = {gradient / slope, slope};
+  const std::size_t begin = segments.ray_begin()[first_ray[part]], end = segments.ray_begin()[first_ray[part + 1]];
+  for (std::size_t s = begin; s < end; ++s) {
+    if (2.0f * extinction_per_m[s] * length_m[s] > kLeastDepth) seen[part].push_back(static_cast<std::uint32_t>(s - begin));
+  }
+  std::vector<glm::vec3> gradient(seen[part].size());
+  sample_gradients(view_of(field, numbers(field.distance)), seen_points_m(part), gradient);
+  for (std::size_t n = 0; n < gradient.size(); ++n) {
+    const float slope = std::sqrt(glm::dot(gradient[n], gradient[n]) + kLeastSlope * kLeastSlope);
+    normal[begin + seen[part][n]] = {gradient[n] / slope, slope};
   }
 }
 
@@ -355,12 +353,14 @@ void Pass::sample(std::size_t part) {
     }
   }
   const auto exponent = double{field.exponent.data_ptr<float>()[0]};
-  sample_normals(part);
-  if (bounces) sample_bounce(part);
-  for_each_segment(part, [&](std::size_t s, std::size_t ray) {
+  for (std::size_t s = begin; s < end; ++s) {
     const double length = double{length_m[s]};
     const SurfaceDepth at = surface_depth(double{distance_m[near_end[s]]}, double{distance_m[near_end[s] + 1]}, length, field.sharpness_per_m());
     extinction_per_m[s] = static_cast<float>(at.depth / (2.0 * length));
+  }
+  sample_normals(part);
+  if (bounces) sample_bounce(part);
+  for_each_segment(part, [&](std::size_t s, std::size_t ray) {
     albedo[s] = std::exp(albedo[s]);
     brightness[s] = static_cast<float>(double{albedo[s]} * lobe(cosine(segments.ray_direction()[ray], normal[s]), exponent).cos_to_p);
   });
@@ -380,7 +380,7 @@ void Pass::scatter_directional(std::size_t part, std::span<const float> d_bright
                     segments.point_m().subspan(begin, end - begin), d_coefficients);
 }
 
-void Pass::scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<glm::vec3> d_normals) {
+void Pass::scatter_bounce(std::size_t part, std::span<const float> d_bounce, std::span<glm::vec3> d_gradients) {
   Gradients& mine = gradients[part];
   const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
   std::vector<float> d_albedo(n);
@@ -389,7 +389,7 @@ void Pass::scatter_bounce(std::size_t part, std::span<const float> d_bounce, std
     const glm::vec3 level = level_direction(segments.ray_direction()[ray]);
     const double c = cosine(level, normal[s]), by_bounce = double{d_bounce[s]} * double{bounce_albedo[s]};
     const Lobe at = lobe(c, exponent);
-    d_normals[s - begin] += static_cast<float>(by_bounce * at.by_cosine) * cosine_by_gradient(level, normal[s], c);
+    d_gradients[s - begin] += static_cast<float>(by_bounce * at.by_cosine) * cosine_by_gradient(level, normal[s], c);
     d_albedo[s - begin] = static_cast<float>(by_bounce * at.cos_to_p);
     mine.exponent += by_bounce * at.by_exponent;
   });
@@ -406,7 +406,7 @@ void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::s
   const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
   const std::size_t first = first_end[part], n_ends = first_end[part + 1] - first;
   std::vector<float> d_ends(n_ends, 0.0f), d_albedo(n);
-  std::vector<glm::vec3> d_normals(n);
+  std::vector<glm::vec3> d_gradients(n);
   const auto exponent = double{field.exponent.data_ptr<float>()[0]};
   for_each_segment(part, [&](std::size_t s, std::size_t ray) {
     const double length = double{length_m[s]};
@@ -417,23 +417,17 @@ void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::s
     const glm::vec3& direction = segments.ray_direction()[ray];
     const double c = cosine(direction, normal[s]), by_brightness = double{d_brightness[s]} * double{albedo[s]};
     const Lobe at = lobe(c, exponent);
-    d_normals[s - begin] = static_cast<float>(by_brightness * at.by_cosine) * cosine_by_gradient(direction, normal[s], c);
+    d_gradients[s - begin] = static_cast<float>(by_brightness * at.by_cosine) * cosine_by_gradient(direction, normal[s], c);
     d_albedo[s - begin] = static_cast<float>(by_brightness * at.cos_to_p);
     mine.exponent += by_brightness * at.by_exponent;
   });
-  if (bounces) scatter_bounce(part, d_bounce, d_normals);
+  if (bounces) scatter_bounce(part, d_bounce, d_gradients);
   const BrickView<float> distance{&field.topology(), field.transform(), 1, mine.distance};
   scatter_trilinear(distance, std::span(end_m).subspan(first, n_ends), d_ends);
-  const auto voxel_m = static_cast<float>(field.voxel_size_m());
-  std::vector<float> d_around;
-  d_around.reserve(kAround * n);
-  for (const glm::vec3& by_gradient : d_normals)
-    for (int axis = 0; axis < 3; ++axis) {
-      const float by_f = by_gradient[axis] / (2.0f * voxel_m);
-      d_around.push_back(-by_f);
-      d_around.push_back(by_f);
-    }
-  scatter_trilinear(distance, points_around(segments.point_m().subspan(begin, n), voxel_m), d_around);
+  std::vector<glm::vec3> d_seen;
+  d_seen.reserve(seen[part].size());
+  for (const std::uint32_t s : seen[part]) d_seen.push_back(d_gradients[s]);
+  scatter_gradients(distance, seen_points_m(part), d_seen);
   scatter_trilinear({&field.albedo_topology(), field.albedo_transform(), 1, mine.log_albedo}, segments.point_m().subspan(begin, n), d_albedo);
 }
 
