@@ -60,7 +60,7 @@ lattice=256
 if $quick; then
   solids=cuboid
   views="36 12"
-  test_azimuths=3:351:12
+  test_azimuths=9:351:38
   mlp_time=30 paper_time=30
   training_pitches=35:55:10
   even_pitches="40 50"

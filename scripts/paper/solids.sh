@@ -127,6 +127,7 @@ TEXT
 
 # Trained views are every 10 degrees: of these azimuths the first and the last one, as in the paper's figure.
 turn=0:90:9
+if $quick; then turn=0:90:18; fi
 
 figure_9() {
   text << TEXT
