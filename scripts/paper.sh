@@ -47,7 +47,7 @@ fi
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$out/cells"
 revision=$(git -C "$root" rev-parse --short HEAD 2> /dev/null || echo unknown)
-machine=$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)
+machine=$(machine_name)
 
 solids="cuboid platform_upright platform_inverted"
 views="72 36 24 12"

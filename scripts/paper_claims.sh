@@ -79,7 +79,7 @@ cat > "$folder/claims.md" <<TEXT
 
 The field \`mlp\`, 36 views of the cuboid at 45°, 64 × 64 pixels of 0.6 m; PSNR of power over 12 unseen azimuths; $seeds seeds, mean (least to largest). Made by
 \`scripts/paper_claims.sh --seeds $seeds --time $time\`, revision $(git -C "$root" rev-parse --short HEAD 2> /dev/null || echo unknown), on
-$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores. \`8 x 256\`, \`exact rule\` and \`four frequencies\` are the same runs.
+$(machine_name), $(nproc) cores. \`8 x 256\`, \`exact rule\` and \`four frequencies\` are the same runs.
 TEXT
 setting "exact rule" default
 setting "tanh gate" tanh_gate --option integrator=paper-gated

@@ -47,6 +47,14 @@ take_options() {
   done
 }
 
+# chips_table_of CHIPS: the table of a folder of chips, in it or beside it, whether it is there or not.
+chips_table_of() {
+  if [ -f "$1/manifest.csv" ]; then echo "$1/manifest.csv"; else echo "$(dirname "$1")/manifest.csv"; fi
+}
+
+# machine_name: the processor, as /proc/cpuinfo has it.
+machine_name() { sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1; }
+
 # take_scene ITEM: sets scene, scale and name from FILE[:SCALE]. The name of a generated scene is that of its folder.
 take_scene() {
   scene=${1%%:*}

@@ -35,12 +35,12 @@ while [ $# -gt 0 ]; do
   esac
 done
 studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions chip_bodies extraction surfaces surfaces_ground trial}
-chips_csv=$chips/manifest.csv
-if [ ! -f "$chips_csv" ]; then chips_csv=$(dirname "$chips")/manifest.csv; fi
+. "$root/scripts/report_values.sh"
+chips_csv=$(chips_table_of "$chips")
 export SARNERF_PROGRAMS="${SARNERF_PROGRAMS:-$root/build/release/apps}"
 bench=$SARNERF_PROGRAMS/sar_bench/sar_bench
 revision=$(git -C "$root" rev-parse --short HEAD)
-machine=$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)
+machine=$(machine_name)
 mkdir -p "$folder"
 cd "$folder"
 

@@ -12,6 +12,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/metrics.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/dataset/posed_image.h"
@@ -122,8 +123,9 @@ void run_strip_command(const StripOptions& o, app::Console& console) {
     if (second) put(n_rows - 1, difference(*rows[0].image_of(view), *second));
     left += view.n_range * o.zoom + 2 * kFrame;
   }
-  const std::vector<std::byte> png = encode_png(picture);
-  write_file_atomically(o.output, std::string(reinterpret_cast<const char*>(png.data()), png.size()));
+  AtomicFiles files;
+  files.add(o.output, encode_png(picture));
+  files.commit();
   app::print_result(o.output.string() + "\n");
 }
 
@@ -134,9 +136,8 @@ std::optional<std::vector<float>> middle_row(const fs::path& folder, const Datas
   const fs::path file = folder / "layers" / (fs::path(view.image).stem().string() + "." + layer + ".tif");
   if (!fs::exists(file)) return std::nullopt;
   const Image<float> image = read_image(file);
-  std::vector<float> row(static_cast<std::size_t>(image.n_range()));
-  for (int j = 0; j < image.n_range(); ++j) row[static_cast<std::size_t>(j)] = image(image.n_azimuth() / 2, j);
-  return row;
+  const std::span<const float> row = image.row(image.n_azimuth() / 2);
+  return std::vector<float>(row.begin(), row.end());
 }
 
 /// Metres from the first bin that is in to the end of the last one.
@@ -153,10 +154,7 @@ double component_extent_m(const std::vector<float>& row, double spacing_m) {
   for (const float power : row) {
     if (power > 0.0f) bright.push_back(power);
   }
-  if (bright.empty()) return 0.0;
-  const auto middle = bright.begin() + static_cast<std::ptrdiff_t>(bright.size() / 2);
-  std::nth_element(bright.begin(), middle, bright.end());
-  const float least = 0.5f * *middle;
+  const float least = 0.5f * median(bright);
   return extent_m(row, spacing_m, [least](float power) { return power > least; });
 }
 

@@ -136,8 +136,9 @@ void run_curves_command(const CurvesOptions& o, app::Console& console) {
   }
   const std::string table = markdown_table(columns, rows);
   if (!o.picture.empty()) {
-    const std::vector<std::byte> png = png_of_svg(svg(plot));
-    write_file_atomically(o.picture, std::string(reinterpret_cast<const char*>(png.data()), png.size()));
+    AtomicFiles files;
+    files.add(o.picture, png_of_svg(svg(plot)));
+    files.commit();
   }
   app::print_result(table);
 }

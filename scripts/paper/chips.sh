@@ -17,8 +17,7 @@ else
   for folder in "$chips"/*/; do targets="$targets $(basename "$folder")"; done
   if $quick; then targets=$(echo "$targets" | awk '{ print $1 }'); fi
 fi
-table=$chips/manifest.csv
-if [ ! -f "$table" ]; then table=$(dirname "$chips")/manifest.csv; fi
+table=$(chips_table_of "$chips")
 # The paper's target of several depressions.
 turned=$(echo "$targets" | tr ' ' '\n' | grep -e '^2S1' -e '^truck$' | head -n 1)
 
