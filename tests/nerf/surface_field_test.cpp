@@ -111,7 +111,7 @@ TEST_CASE("gradients of a surface are those of central differences, from 1 to 1e
     INFO("sharpness " << sharpness);
     for (int kind = 0; kind < 3; ++kind) {
       const torch::Tensor direction = wave(kind);
-      const double step = std::min(1e-3, 0.1 / sharpness);
+      const double step = std::min(2e-4, 0.1 / sharpness);  // cos^p has a kink where a face turns away, which a longer step crosses
       const auto at = [&](double by) {
         field.distance.data().copy_(distance + by * direction);
         const double v = value();

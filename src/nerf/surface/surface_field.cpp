@@ -175,9 +175,6 @@ constexpr double kLeastCosine = 0.01;
 /// Part of a gradient's length, which is 1 for a distance, below which its direction fades: in the middle of thin members.
 constexpr float kLeastSlope = 0.1f;
 
-/// Two-way depth of a segment below which its brightness is left out.
-constexpr float kLeastDepth = 1e-5f;
-
 /// The direction in which f rises at a point.
 struct Normal {
   glm::vec3 unit;  ///< ∇f / slope
@@ -191,7 +188,6 @@ struct Pass : torch::CustomClassHolder {
   void sample(std::size_t part);
   void scatter_directional(std::size_t part, std::span<const float> d_brightness);
   void sample_normals(std::size_t part);
-  std::vector<glm::vec3> seen_points_m(std::size_t part) const;
   void sample_bounce(std::size_t part);
   void scatter(std::size_t part, std::span<const float> d_extinction, std::span<const float> d_brightness, std::span<const float> d_bounce);
   /// Adds the derivatives by ∇f at the part's segments to `d_gradients`.
@@ -214,8 +210,7 @@ struct Pass : torch::CustomClassHolder {
   std::vector<std::size_t> first_ray, first_end;  ///< of the parts
   std::vector<float> distance_m;                  ///< f at the ends
   std::vector<float> extinction_per_m, albedo, brightness;
-  std::vector<Normal> normal;                 ///< at the centres of the segments; 0 where nothing is seen
-  std::vector<std::vector<std::uint32_t>> seen;  ///< segments of each part, counted from its first, that have a depth to speak of
+  std::vector<Normal> normal;                 ///< at the centres of the segments
   std::vector<float> bounce_albedo, bounce;   ///< of Path::by_ground; empty without
   struct Gradients {
     std::vector<float> distance, log_albedo, log_bounce, directional;
@@ -257,8 +252,7 @@ Pass::Pass(std::span<const RowRequest> rows, const RaySampling& sampling, const 
   extinction_per_m.resize(length_m.size());
   albedo.resize(length_m.size());
   brightness.resize(length_m.size());
-  normal.resize(length_m.size(), {glm::vec3(0.0f), 1.0f});
-  seen.resize(n_parts());
+  normal.resize(length_m.size());
   if (bounces) {
     bounce_albedo.resize(length_m.size());
     bounce.resize(length_m.size());
@@ -301,25 +295,13 @@ glm::vec3 cosine_by_gradient(const glm::vec3& direction, const Normal& normal, d
   return -(direction + static_cast<float>(c) * normal.unit) / normal.slope;
 }
 
-/// Points of the part's segments that have normals.
-std::vector<glm::vec3> Pass::seen_points_m(std::size_t part) const {
-  const auto points_m = segments.point_m().subspan(segments.ray_begin()[first_ray[part]]);
-  std::vector<glm::vec3> of_seen_m;
-  of_seen_m.reserve(seen[part].size());
-  for (const std::uint32_t s : seen[part]) of_seen_m.push_back(points_m[s]);
-  return of_seen_m;
-}
-
 void Pass::sample_normals(std::size_t part) {
-  const std::size_t begin = segments.ray_begin()[first_ray[part]], end = segments.ray_begin()[first_ray[part + 1]];
-  for (std::size_t s = begin; s < end; ++s) {
-    if (2.0f * extinction_per_m[s] * length_m[s] > kLeastDepth) seen[part].push_back(static_cast<std::uint32_t>(s - begin));
-  }
-  std::vector<glm::vec3> gradient(seen[part].size());
-  sample_gradients(view_of(field, numbers(field.distance)), seen_points_m(part), gradient);
-  for (std::size_t n = 0; n < gradient.size(); ++n) {
-    const float slope = std::sqrt(glm::dot(gradient[n], gradient[n]) + kLeastSlope * kLeastSlope);
-    normal[begin + seen[part][n]] = {gradient[n] / slope, slope};
+  const std::size_t begin = segments.ray_begin()[first_ray[part]], n = segments.ray_begin()[first_ray[part + 1]] - begin;
+  std::vector<glm::vec3> gradient(n);
+  sample_gradients(view_of(field, numbers(field.distance)), segments.point_m().subspan(begin, n), gradient);
+  for (std::size_t s = 0; s < n; ++s) {
+    const float slope = std::sqrt(glm::dot(gradient[s], gradient[s]) + kLeastSlope * kLeastSlope);
+    normal[begin + s] = {gradient[s] / slope, slope};
   }
 }
 
@@ -424,10 +406,7 @@ void Pass::scatter(std::size_t part, std::span<const float> d_extinction, std::s
   if (bounces) scatter_bounce(part, d_bounce, d_gradients);
   const BrickView<float> distance{&field.topology(), field.transform(), 1, mine.distance};
   scatter_trilinear(distance, std::span(end_m).subspan(first, n_ends), d_ends);
-  std::vector<glm::vec3> d_seen;
-  d_seen.reserve(seen[part].size());
-  for (const std::uint32_t s : seen[part]) d_seen.push_back(d_gradients[s]);
-  scatter_gradients(distance, seen_points_m(part), d_seen);
+  scatter_gradients(distance, segments.point_m().subspan(begin, n), d_gradients);
   scatter_trilinear({&field.albedo_topology(), field.albedo_transform(), 1, mine.log_albedo}, segments.point_m().subspan(begin, n), d_albedo);
 }
 
