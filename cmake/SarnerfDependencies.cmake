@@ -4,6 +4,7 @@ find_package(TBB CONFIG REQUIRED)
 find_package(nlohmann_json CONFIG REQUIRED)
 find_package(CLI11 CONFIG REQUIRED)
 find_package(tomlplusplus CONFIG REQUIRED)
+find_package(Boost CONFIG REQUIRED)
 include(OpenCVTargets)
 include(RsvgTargets)
 

@@ -326,6 +326,14 @@ Kind<std::int64_t> whole(std::string type, std::int64_t least, std::int64_t most
 Kind<std::vector<double>> angles_deg() { return kind<std::vector<double>>("DEG", parse_angles_deg); }
 Kind<std::pair<int, int>> image_size() { return kind<std::pair<int, int>>("AxR", parse_image_size); }
 Kind<std::pair<double, double>> spacing_m() { return kind<std::pair<double, double>>("A[,R]", parse_spacing_m); }
+Kind<double> code_value() {
+  const auto read = [](const std::string& option, const std::string& text) {
+    const std::size_t slash = text.find('/');
+    if (slash == std::string::npos) return parse_positive(option, text);
+    return parse_positive(option, text.substr(0, slash)) / parse_positive(option, text.substr(slash + 1));
+  };
+  return {"X|X/Y", read, [](double) { return std::string("1"); }};
+}
 Kind<glm::dvec3> point_m() { return kind<glm::dvec3>("X,Y,Z", parse_vector); }
 Kind<double> seconds() { return kind<double>("TIME", parse_seconds); }
 

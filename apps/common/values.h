@@ -118,6 +118,8 @@ Kind<std::int64_t> whole(std::string type, std::int64_t least, std::int64_t most
 Kind<std::vector<double>> angles_deg();
 Kind<std::pair<int, int>> image_size();
 Kind<std::pair<double, double>> spacing_m();
+/// The physical value of one code of an image file: a number, or the quotient of two, "4/65535".
+Kind<double> code_value();
 Kind<glm::dvec3> point_m();
 Kind<double> units_m();
 Kind<double> seconds();

@@ -62,14 +62,6 @@ const char* description(Command command) {
   return "";
 }
 
-/// The factor on pixel codes: a number, or the quotient of two.
-double parse_scale(const std::string& text) {
-  const std::size_t slash = text.find('/');
-  if (slash == std::string::npos) return parse_positive("--amplitude-scale", text);
-  return parse_positive("--amplitude-scale", text.substr(0, slash)) /
-         parse_positive("--amplitude-scale", text.substr(slash + 1));
-}
-
 /// As angles_deg(), but refuses angles outside 0 to 90 degrees (both excluded).
 Kind<std::vector<double>> depressions_deg() {
   return angles_deg().checked([](auto&, auto& text) { (void)incidences_deg("", text); });
@@ -94,7 +86,7 @@ void add_image_options(CommandLine& command, Options& o) {
   command.begin_group("Images");
   command.add("--csv", o.table, path("FILE"), "Table of the images; only those below FOLDER are taken");
   command.add("--spacing", o.spacing_m, spacing_m(), "Pixel spacing (m), azimuth and slant range, where the table has none");
-  command.add("--amplitude-scale", o.scale, made_by("X|X/Y", parse_scale, "1"), "Value of one code of the files, such as 4/65535");
+  command.add("--amplitude-scale", o.scale, code_value(), "Value of one code of the files, such as 4/65535");
   command.add("--quantity", o.quantity,
               one_of<Quantity>({{"amplitude", Quantity::amplitude}, {"power", Quantity::power}}, "NAME"),
               "What the files hold: amplitude or power");

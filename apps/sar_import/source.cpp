@@ -93,30 +93,10 @@ std::vector<Source> chip_sources(const Options& o, Console& console, const Monit
   return sources;
 }
 
-Source source_of(const Options& o, const IndexedImage& indexed) {
-  Source source{indexed.file, {}, indexed.split};
-  Chip& chip = source.chip;
-  chip.depression_is_nominal = true;
-  chip.nominal_depression_deg = indexed.depression_deg.value_or(0.0);
-  chip.range_is_assumed = !indexed.slant_range_m;
-  DatasetView& view = chip.view;
-  view.azimuth_deg = within_circle_deg(indexed.azimuth_deg);
-  view.incidence_deg = 90.0 - chip.nominal_depression_deg;
-  view.slant_range_m = indexed.slant_range_m.value_or(o.slant_range_m);
-  const auto spacing = [&](const std::optional<double>& known, double given) {
-    return known.value_or(given);
-  };
-  view.azimuth_spacing_m =
-      spacing(indexed.azimuth_spacing_m, o.spacing_m ? o.spacing_m->first : 0.0);
-  view.range_spacing_m = spacing(indexed.range_spacing_m, o.spacing_m ? o.spacing_m->second : 0.0);
-  if (view.azimuth_spacing_m == 0.0 || view.range_spacing_m == 0.0)
-    throw UsageError(indexed.file.string() +
-                     ": the pixel spacing is not known; give --spacing, such as 0.203,0.202, or "
-                     "a table with azimuth_spacing_m and range_spacing_m");
-  view.class_name = indexed.class_name;
-  view.serial = indexed.serial;
-  view.source = indexed.file.filename().string();
-  return source;
+PictureRule rule_of(const Options& o) {
+  PictureRule rule{o.slant_range_m, o.spacing_m, o.scale};
+  if (o.orientation == Orientation::radar) rule.axes = {Axis::plus_i, Axis::plus_j};
+  return rule;
 }
 
 std::vector<Source> picture_sources(const Options& o, Console& console) {
@@ -127,25 +107,13 @@ std::vector<Source> picture_sources(const Options& o, Console& console) {
     console.note(std::to_string(pictures.size() - indexed.size()) + " of " + counted(pictures.size(), "image") + " in " +
                  folder.string() + " not in the table: passed over");
   std::vector<Source> sources;
-  for (const IndexedImage& image : indexed) sources.push_back(source_of(o, image));
+  for (const IndexedImage& image : indexed) sources.push_back({image.file, chip_of(image, rule_of(o)), image.split});
   return sources;
 }
 
 Chip load_picture(const Options& o, const Source& source) {
   Chip chip = source.chip;
-  chip.image = read_image(source.file);
-  if (o.orientation == Orientation::chip)
-    chip.image = to_radar_axes(chip.image, {Axis::minus_j, Axis::minus_i});
-  for (float& value : chip.image.pixels()) {
-    value = static_cast<float>(value * o.scale);
-    if (!(value >= 0.0f) || !std::isfinite(value))
-      throw InputError(
-          source.file.string() +
-          ": a pixel is negative or beyond float32; amplitudes and powers are not, and "
-          "decibels are neither");
-  }
-  chip.view.n_azimuth = chip.image.n_azimuth();
-  chip.view.n_range = chip.image.n_range();
+  read_pixels(chip, source.file, rule_of(o));
   return chip;
 }
 

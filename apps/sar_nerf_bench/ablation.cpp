@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include <boost/math/distributions/students_t.hpp>
 #include <nlohmann/json.hpp>
 
 #include "app_main.h"
@@ -343,32 +342,15 @@ std::vector<double> gains_of(const std::vector<Cell>& cells, const std::string& 
   return gains;
 }
 
-struct Interval {
-  double mean = 0.0, half_width = std::numeric_limits<double>::infinity();
-};
-
-/// 95 % interval of the mean (Student's t).
-Interval interval_of(const std::vector<double>& values) {
-  const auto n = static_cast<double>(values.size());
-  Interval i;
-  for (const double v : values) i.mean += v / n;
-  if (values.size() < 2) return i;
-  double squares = 0.0;
-  for (const double v : values) squares += (v - i.mean) * (v - i.mean);
-  const double t = boost::math::quantile(boost::math::students_t(n - 1.0), 0.975);
-  i.half_width = t * std::sqrt(squares / (n - 1.0) / n);
-  return i;
-}
-
-const char* rule_verdict(const Interval& gain, std::size_t n_scenes) {
+const char* rule_verdict(const PairedDifference& gain, std::size_t n_scenes) {
   constexpr double kLeastGain_db = 0.3;
   constexpr std::size_t kLeastScenes = 5;
   if (n_scenes < kLeastScenes) return "too few scenes";
-  return gain.mean - gain.half_width > 0.0 && gain.mean >= kLeastGain_db ? "stays" : "goes";
+  return gain.low > 0.0 && gain.mean >= kLeastGain_db ? "stays" : "goes";
 }
 
 /// Of a changed constant, where `gain` is that of the default over it.
-const char* constant_verdict(const Interval& gain) {
+const char* constant_verdict(const PairedDifference& gain) {
   constexpr double kNothing_db = 0.1;
   if (std::abs(gain.mean) < kNothing_db) return "no matter";
   return gain.mean > 0.0 ? "worse" : "better";
@@ -380,12 +362,12 @@ std::string table_of(const std::vector<Cell>& cells, const AblationOptions& o) {
   for (const Rule& rule : o.candidates()) {
     const std::vector<double> gains = gains_of(cells, rule.name, false);
     if (gains.empty()) continue;
-    const Interval i = interval_of(gains), power = interval_of(gains_of(cells, rule.name, true));
+    const PairedDifference i = paired_difference(gains), power = paired_difference(gains_of(cells, rule.name, true));
     const auto [least, most] = std::ranges::minmax(gains);
     const char* const verdict = o.constants ? constant_verdict(i) : rule_verdict(i, gains.size());
     text += format("| %s | %zu | %+.2f | %+.2f to %+.2f | %+.2f | %+.2f | %+.2f | %s |\n",
                    (rule.text.empty() ? rule.name : rule.text + " (`" + rule.name + "`)").c_str(), gains.size(), i.mean,
-                   i.mean - i.half_width, i.mean + i.half_width, power.mean, least, most, verdict);
+                   i.low, i.high, power.mean, least, most, verdict);
   }
   std::map<std::string, std::vector<double>> spread;
   for (const Cell& c : cells)

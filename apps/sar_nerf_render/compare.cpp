@@ -17,32 +17,34 @@
 #include "version.h"
 
 namespace sarnerf::app {
+
+std::vector<PosedImage> training_images(const Job& job, const Monitor& monitor) {
+  const ModelInfo& info = job.model.info;
+  const std::filesystem::path folder =
+      job.options.training.empty() ? std::filesystem::path(info.dataset) : job.options.training;
+  const Dataset dataset = read_manifest(folder);
+  if (dataset_fingerprint(folder, dataset, monitor) != info.dataset_sha256)
+    throw InputError(folder.string() + ": is not the dataset that the model was learned from: its SHA-256 is another");
+  std::vector<std::size_t> which;
+  for (std::size_t n = 0; n < dataset.views.size(); ++n) {
+    for (const DatasetView& view : info.training_views) {
+      if (view.image == dataset.views[n].image) which.push_back(n);
+    }
+  }
+  // Outliers are limited as in training.
+  std::vector<PosedImage> images = load_images(folder, dataset, which, monitor);
+  limit_outliers(images);
+  return images;
+}
+
 namespace {
 
-/// The images that the model was learned from, for the baselines; none, with a warning, if they no longer exist.
-std::vector<PosedImage> training_images(const Job& job, Console& console, const Monitor& monitor) {
-  const ModelInfo& info = job.model.info;
-  const bool asked = !job.options.training.empty();
-  const std::filesystem::path folder =
-      asked ? job.options.training : std::filesystem::path(info.dataset);
+/// The training images for the baselines; none, with a warning, if they no longer exist.
+std::vector<PosedImage> images_for_baselines(const Job& job, Console& console, const Monitor& monitor) {
   try {
-    const Dataset dataset = read_manifest(folder);
-    if (dataset_fingerprint(folder, dataset, monitor) != info.dataset_sha256)
-      throw InputError(
-          folder.string() +
-          ": is not the dataset that the model was learned from: its SHA-256 is another");
-    std::vector<std::size_t> which;
-    for (std::size_t n = 0; n < dataset.views.size(); ++n) {
-      for (const DatasetView& view : info.training_views) {
-        if (view.image == dataset.views[n].image) which.push_back(n);
-      }
-    }
-    // Outliers are limited as in training.
-    std::vector<PosedImage> images = load_images(folder, dataset, which, monitor);
-    limit_outliers(images);
-    return images;
+    return training_images(job, monitor);
   } catch (const InputError& e) {
-    if (asked) throw;
+    if (!job.options.training.empty()) throw;
     console.warning(std::string("no baselines, for the training images are not there any more (") +
                     e.what() + "); --training FOLDER says where");
     return {};
@@ -115,7 +117,7 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
     make_folder(file.parent_path());
     lock.emplace(std::vector{file});
   }
-  const std::vector<PosedImage> training = training_images(job, console, monitor);
+  const std::vector<PosedImage> training = images_for_baselines(job, console, monitor);
 
   std::vector<Image<float>> predictions;
   for (const PosedImage& view : truth) {

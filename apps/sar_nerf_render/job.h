@@ -15,10 +15,18 @@
 #include "recipe_file.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/formation/clutter.h"
 #include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/nerf/model_file.h"
 
 namespace sarnerf::app {
+
+/// The speckle of new views.
+struct SpeckleChoice {
+  enum class Kind { none, looks, training };
+  Kind kind = Kind::none;
+  double looks = 1.0;  ///< of Kind::looks
+};
 
 /// What the user asked for. Empty optionals and lists are taken from the model.
 struct Options {
@@ -34,6 +42,8 @@ struct Options {
   std::optional<std::pair<double, double>> spacing_m;
   std::optional<Quantity> quantity;
   ResolutionChoice resolution;  ///< automatic: the model's
+  SpeckleChoice speckle;
+  std::int64_t seed = 1;  ///< of the speckle
 
   std::filesystem::path against;   ///< empty: new views are rendered
   std::filesystem::path training;  ///< empty: the folder that the model names
@@ -57,14 +67,18 @@ struct Job {
   Model model;
   Quantity quantity = Quantity::power;
   std::vector<DatasetView> views;  ///< image names still empty
+  ImageFormation speckle;          ///< none: looks are infinite
   Json request;                    ///< of the recipe
 };
 
 /// Reads the model and sets up the views; warns of parts of the model that are ignored. Throws CheckpointError for a
 /// bad model, GeometryError for impossible views, UsageError for more memory than allowed.
-Job prepare(const Options& options, Console& console);
+Job prepare(const Options& options, Console& console, const Monitor& monitor);
 
-/// The view's image in the quantity asked for. Throws NumericsError when a pixel is not finite.
+/// The images that the model was learned from. Throws InputError if they are not where the model, or --training, says, or are others.
+std::vector<PosedImage> training_images(const Job& job, const Monitor& monitor);
+
+/// The view's image in the quantity asked for, with speckle if that is asked for. Throws NumericsError when a pixel is not finite.
 Image<float> make_image(const Job& job, const DatasetView& view);
 
 /// The plan as text.

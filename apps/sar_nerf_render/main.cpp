@@ -113,6 +113,13 @@ Json request_of(const Job& job, const std::filesystem::path& file) {
     j["image"]["resolution_m"] = r ? Json{r->azimuth_m, r->range_m} : Json("none");
     if (r) j["image"]["window"] = text_of(r->window);
   }
+  if (job.speckle.speckle()) {
+    Json& speckle = j["image"]["speckle"] = {{"looks", job.speckle.looks}, {"seed", job.speckle.seed}};
+    if (const auto& r = job.speckle.resolution_m) {
+      speckle["resolution_m"] = {r->first, r->second};
+      speckle["window"] = text_of(job.speckle.window);
+    }
+  }
   return valid_text(j);
 }
 
@@ -158,13 +165,46 @@ void warn_of_far_views(const Job& job, Console& console) {
                          v.incidence_deg, v.azimuth_deg, deg_from_rad(most_rad)));
 }
 
-/// Sets another impulse response than that of the images. The field must be the scene without the images' response.
-void choose_resolution(const ResolutionChoice& choice, LearnedField& field) {
-  if (choice.automatic) return;
-  if (!field.resolution)
+/// Sets another impulse response than that of the images. The field must be the scene without the images' response; of others, only
+/// the speckle can have a response of its own.
+void choose_resolution(const Options& o, LearnedField& field) {
+  if (o.resolution.automatic) return;
+  if (field.resolution) {
+    field.resolution = o.resolution.resolution;
+  } else if (o.speckle.kind != SpeckleChoice::Kind::looks) {
     throw UsageError("--resolution: this model's field shows images as they were, with whatever impulse response they had; "
                      "learn it with sar_nerf_train --resolution to take that out");
-  field.resolution = choice.resolution;
+  }
+}
+
+/// The speckle that was asked for. Its response is the field's, or the one that was given, or fits the clutter of the training images.
+ImageFormation speckle_of(const Job& job, const Monitor& monitor) {
+  const Options& o = job.options;
+  ImageFormation formation;
+  if (o.speckle.kind == SpeckleChoice::Kind::none) return formation;
+  formation.seed = static_cast<std::uint64_t>(o.seed);
+  formation.looks = o.speckle.looks;
+  std::optional<Resolution> resolution = job.model.field->resolution;
+  if (!resolution && !o.resolution.automatic) resolution = o.resolution.resolution;
+  if (o.speckle.kind == SpeckleChoice::Kind::training) {
+    std::vector<Image<float>> powers;
+    for (PosedImage& image : training_images(job, monitor)) powers.push_back(std::move(image.power));
+    const auto clutter = clutter_statistics(powers);
+    if (!clutter)
+      throw UsageError("--looks training: the training images have no clutter around the target; give a number of looks, or none");
+    // Texture makes speckle of one look look like less than one.
+    formation.looks = std::clamp(clutter->looks, 1.0, 1000.0);
+    // MSTAR's window: the shape of the response matters less than its width, which the clutter shows.
+    const DatasetView& v = job.model.info.acquisition;
+    if (!resolution)
+      resolution = fitted_resolution(*clutter, Window{Window::Kind::taylor}, v.azimuth_spacing_m, v.range_spacing_m);
+  }
+  if (resolution) {
+    formation.resolution_m = {resolution->azimuth_m, resolution->range_m};
+    formation.window = resolution->window;
+  }
+  for (const DatasetView& v : job.views) validate(formation, v.azimuth_spacing_m, v.range_spacing_m);
+  return formation;
 }
 
 /// Refuses too many range bins: rays are cut at their borders wherever they meet occupied voxels, inside the image
@@ -195,16 +235,17 @@ void refuse_beyond_memory(const Job& job) {
 
 }  // namespace
 
-Job prepare(const Options& options, Console& console) {
+Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   Job job;
   job.options = options;
   const auto file = model_file(options.model);
   job.model = open_model(options.model, console);
-  choose_resolution(options.resolution, *job.model.field);
+  choose_resolution(options, *job.model.field);
   job.quantity = options.quantity.value_or(job.model.info.quantity);
   job.views = views_of(options, job.model.info);
   if (const auto& r = job.model.field->resolution)  // refuses an impossible response before anything is written
     impulse_response(*r, job.views.front().azimuth_spacing_m, job.views.front().range_spacing_m);
+  job.speckle = speckle_of(job, monitor);
   job.request = request_of(job, file);
   refuse_beyond_memory(job);
   refuse_countless_bins(job);
@@ -212,8 +253,27 @@ Job prepare(const Options& options, Console& console) {
   return job;
 }
 
+namespace {
+
+Image<float> formed_view(const Job& job, const Acquisition& acquisition) {
+  const LearnedField& field = *job.model.field;
+  if (!field.resolution || !job.speckle.speckle()) {
+    Image<float> image = render_view(field, acquisition);
+    multiply_by_speckle(image, job.speckle, acquisition);
+    return image;
+  }
+  const Border border = border_of(impulse_response(job.speckle, acquisition.azimuth_spacing_m, acquisition.range_spacing_m),
+                                  acquisition.n_azimuth, acquisition.n_range);
+  const Acquisition wide = widened(acquisition, border);
+  Image<float> image = render_sharp_view(field, wide);
+  form_image(image, job.speckle, wide, 0.0);
+  return without_border(std::move(image), border);
+}
+
+}  // namespace
+
 Image<float> make_image(const Job& job, const DatasetView& view) {
-  Image<float> image = render_view(*job.model.field, acquisition_of(view, job.model.info.aim_m));
+  Image<float> image = formed_view(job, acquisition_of(view, job.model.info.aim_m));
   const auto pixels = image.pixels();
   if (!std::all_of(pixels.begin(), pixels.end(), [](float p) { return std::isfinite(p); }))
     throw NumericsError("the view at azimuth " + std::to_string(view.azimuth_deg) +
@@ -221,6 +281,17 @@ Image<float> make_image(const Job& job, const DatasetView& view) {
   if (job.quantity == Quantity::amplitude) take_amplitude(image);
   return image;
 }
+
+namespace {
+
+std::string speckle_text(const ImageFormation& speckle) {
+  if (!speckle.speckle()) return "";
+  std::string text = format("\n  speckle   %.3g looks, seed %llu", speckle.looks, static_cast<unsigned long long>(speckle.seed));
+  if (const auto& r = speckle.resolution_m) text += ", " + resolution_text({r->first, r->second, speckle.window});
+  return text;
+}
+
+}  // namespace
 
 std::string explain(const Job& job) {
   const DatasetView& v = job.views.front();
@@ -238,6 +309,7 @@ std::string explain(const Job& job) {
          " and " + counted(static_cast<std::uint64_t>(info.steps), "step") + "\n  views     " +
          views +
          (job.model.field->resolution ? "\n  impulse response  " + resolution_text(*job.model.field->resolution) : "") +
+         speckle_text(job.speckle) +
          "\n  left out  rows and rays that miss the occupied part of the field; the "
          "rest of a ray behind an "
          "optical depth of 20\n  output    " + place;
@@ -258,14 +330,14 @@ std::string report_text(const Job& job, std::size_t n_rendered, double render_s)
 namespace {
 
 void run(const Options& options, Console& console) {
-  const Job job = prepare(options, console);
-  const auto* const mlp = dynamic_cast<const MlpField*>(job.model.field.get());
-  use_torch_threads(mlp ? options.shared.n_threads : 1);
-  if (mlp) warn_of_slow_blas(mlp->kernel(), console);
   const Monitor monitor{[&](std::string_view stage, std::uint64_t done, std::uint64_t n) {
                           console.progress(stage, done, n);
                         },
                         &stop_requested()};
+  const Job job = prepare(options, console, monitor);
+  const auto* const mlp = dynamic_cast<const MlpField*>(job.model.field.get());
+  use_torch_threads(mlp ? options.shared.n_threads : 1);
+  if (mlp) warn_of_slow_blas(mlp->kernel(), console);
   if (options.dry_run) {
     print_result(explain(job) + "\n");
     return;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "job.h"
 
+#include <limits>
+
 #include "command_line.h"
 #include "nerf_common.h"
 #include "output_lock.h"
@@ -30,7 +32,7 @@ constexpr const char* kExamples =
 /// Options that --views excludes, because it takes them from the dataset; --against also takes the rest.
 const std::vector<std::string> kViewOptions{"--pitch", "--depression", "--azimuth", "--altitude", "--slant-range", "--look",
                                             "--size", "--spacing"};
-const std::vector<std::string> kImageOptions{"--quantity", "--resolution", "--window"};
+const std::vector<std::string> kImageOptions{"--quantity", "--resolution", "--window", "--looks", "--seed"};
 
 void refuse_beside(const CommandLine& command, const std::string& source, const std::vector<std::string>& names) {
   for (const std::string& name : names)
@@ -38,10 +40,20 @@ void refuse_beside(const CommandLine& command, const std::string& source, const 
 }
 
 void refuse_comparison_alone(const Options& o) {
-  for (const auto& [given, name] : {std::pair(!o.training.empty(), "--training"), std::pair(!o.lpips.empty(), "--lpips"),
+  const bool looks = o.speckle.kind == SpeckleChoice::Kind::training;
+  for (const auto& [given, name] : {std::pair(!o.training.empty() && !looks, "--training"), std::pair(!o.lpips.empty(), "--lpips"),
                                     std::pair(o.despeckle_deg > 0.0, "--despeckle")}) {
     if (given) throw UsageError(std::string(name) + " is of use with --against only; leave it out");
   }
+}
+
+Kind<SpeckleChoice> speckle_choice() {
+  const auto read = [](const std::string& option, const std::string& text) -> SpeckleChoice {
+    if (text == "none") return {};
+    if (text == "training") return {SpeckleChoice::Kind::training};
+    return {SpeckleChoice::Kind::looks, parse_between(option, text, 1.0, 1000.0)};
+  };
+  return {"L|training|none", read, [](const SpeckleChoice&) { return std::string("none"); }};
 }
 
 void add_options(CommandLine& command, Options& o) {
@@ -83,11 +95,15 @@ void add_options(CommandLine& command, Options& o) {
   command.add("--window", o.resolution, window_of(o.resolution),
               "Its window, as for sar_render: none, hann, hamming, taylor:-35, kaiser:6");
 
+  command.add("--looks", o.speckle, speckle_choice(),
+              "Speckle of so many looks (1 to 1000); training: with looks and width as in the training images; none: the mean");
+  command.add("--seed", o.seed, whole("N", 0, std::numeric_limits<std::int64_t>::max()), "Of the speckle; each view has its own, too");
+
   command.begin_group("Comparison");
   command.add("--against", o.against, made_by("FOLDER", dataset_folder),
               "Predict this dataset's views and print their scores; those trained on are left out");
   command.add("--training", o.training, made_by("FOLDER", dataset_folder),
-              "Dataset of the training, for the baselines; default: where the model says");
+              "Dataset of the training, for the baselines and --looks training; default: where the model says");
   command.add("--lpips", o.lpips, path("FILE"), "Weights of LPIPS (.safetensors, docs/guide/lpips.md)");
   command.add("--despeckle", o.despeckle_deg, despeckle_degrees(),
               "Compare with averages of unseen views within so many degrees of azimuth, too (docs/guide/metrics.md)");

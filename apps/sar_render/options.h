@@ -14,7 +14,7 @@
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/render/engine.h"
-#include "sarnerf/render/image_formation.h"
+#include "sarnerf/formation/image_formation.h"
 #include "sarnerf/scene/scene.h"
 
 namespace sarnerf::app {

@@ -15,6 +15,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
+#include "sarnerf/dataset/image_file.h"
 #include "sarnerf/dataset/manifest.h"
 #include "sarnerf/dataset/posed_image.h"
 
@@ -259,6 +260,38 @@ std::vector<IndexedImage> index_by_names(const fs::path& folder) {
         (unreadable.size() == 1 ? " image" : " images") +
         ", expected such as 50.2248_HB15087.tif, or a table (--csv): " + list_text(unreadable));
   return images;
+}
+
+Chip chip_of(const IndexedImage& indexed, const PictureRule& rule) {
+  Chip chip;
+  chip.depression_is_nominal = true;
+  chip.nominal_depression_deg = indexed.depression_deg.value_or(0.0);
+  chip.range_is_assumed = !indexed.slant_range_m;
+  DatasetView& view = chip.view;
+  view.azimuth_deg = within_circle_deg(indexed.azimuth_deg);
+  view.incidence_deg = 90.0 - chip.nominal_depression_deg;
+  view.slant_range_m = indexed.slant_range_m.value_or(rule.slant_range_m);
+  view.azimuth_spacing_m = indexed.azimuth_spacing_m.value_or(rule.spacing_m ? rule.spacing_m->first : 0.0);
+  view.range_spacing_m = indexed.range_spacing_m.value_or(rule.spacing_m ? rule.spacing_m->second : 0.0);
+  if (view.azimuth_spacing_m == 0.0 || view.range_spacing_m == 0.0)
+    throw UsageError(indexed.file.string() + ": the pixel spacing is not known; give --spacing, such as 0.203,0.202, or "
+                                             "a table with azimuth_spacing_m and range_spacing_m");
+  view.class_name = indexed.class_name;
+  view.serial = indexed.serial;
+  view.source = indexed.file.filename().string();
+  return chip;
+}
+
+void read_pixels(Chip& chip, const fs::path& file, const PictureRule& rule) {
+  chip.image = to_radar_axes(read_image(file), rule.axes);
+  for (float& value : chip.image.pixels()) {
+    value = static_cast<float>(value * rule.scale);
+    if (!(value >= 0.0f) || !std::isfinite(value))
+      throw InputError(file.string() + ": a pixel is negative or beyond float32; amplitudes and powers are not, and decibels are "
+                                       "neither");
+  }
+  chip.view.n_azimuth = chip.image.n_azimuth();
+  chip.view.n_range = chip.image.n_range();
 }
 
 }  // namespace sarnerf

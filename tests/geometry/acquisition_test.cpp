@@ -98,7 +98,7 @@ TEST_CASE("rows and bins follow from places as places do from them") {
 TEST_CASE("a ray meets a level plane where its range puts it") {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> height(-20.0, 20.0), angle(-0.05, 0.05), offset(-100.0, 100.0);
-  for (double altitude_m : kAltitudes_m) {
+  for (double altitude_m : kAllAltitudes_m) {
     double worst_height = 0.0, worst_plane = 0.0;
     for (double incidence_deg : {10.0, 35.0, 60.0, 80.0}) {
       const Acquisition a = acquisition(incidence_deg, 20, altitude_m);
@@ -132,7 +132,7 @@ TEST_CASE("rays beyond the horizon and behind the nadir meet no level plane") {
 TEST_CASE("projection agrees with the direct computation at every altitude") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> scene(-40.0, 40.0);
-  for (double altitude_m : kAltitudes_m) {
+  for (double altitude_m : kAllAltitudes_m) {
     double worst_range = 0.0, worst_track = 0.0, worst_across = 0.0;
     for (int trial = 0; trial < 2000; ++trial) {
       const Acquisition a = random_acquisition(random, altitude_m);

@@ -10,7 +10,7 @@
 namespace sarnerf::test {
 
 /// Altitudes from a crane to geostationary orbit.
-inline constexpr double kAltitudes_m[] = {100.0, 1e3, 1e4, 7e5, 3.6e7};
+inline constexpr double kAllAltitudes_m[] = {100.0, 1e3, 1e4, 7e5, 3.6e7};
 
 inline Acquisition acquisition(double incidence_deg, double azimuth_deg, double altitude_m) {
   Acquisition a;
@@ -21,6 +21,18 @@ inline Acquisition acquisition(double incidence_deg, double azimuth_deg, double 
   a.n_range = 96;
   a.azimuth_spacing_m = 0.4;
   a.range_spacing_m = 0.3;
+  return a;
+}
+
+inline Acquisition view_of(double pitch_deg, double altitude_m = 10000.0, int n_azimuth = 128,
+                           int n_range = 128, double spacing_m = 0.3, double azimuth_deg = 0.0) {
+  Acquisition a;
+  a.azimuth_rad = rad_from_deg(azimuth_deg);
+  a.incidence_rad = rad_from_deg(pitch_deg);
+  a.slant_range_m = slant_range_from_altitude_m(altitude_m, a.incidence_rad);
+  a.n_azimuth = n_azimuth;
+  a.n_range = n_range;
+  a.azimuth_spacing_m = a.range_spacing_m = spacing_m;
   return a;
 }
 

@@ -24,7 +24,7 @@ Box scene_box(const Acquisition& a) {
 TEST_CASE("points in float32 are those of the direct computation, at every altitude") {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> swath(-30.0, 30.0);
-  for (double altitude_m : kAltitudes_m) {
+  for (double altitude_m : kAllAltitudes_m) {
     double worst = 0.0;
     for (int trial = 0; trial < 300; ++trial) {
       const Acquisition a = random_acquisition(random, altitude_m);
@@ -50,7 +50,7 @@ TEST_CASE("points in float32 are those of the direct computation, at every altit
 TEST_CASE("points project to where they were made") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> swath(-30.0, 30.0);
-  for (double altitude_m : kAltitudes_m) {
+  for (double altitude_m : kAllAltitudes_m) {
     const Acquisition a = random_acquisition(random, altitude_m);
     const RayGrid grid(a, make_fan(angular_extent(a, scene_box(a)), 16));
     for (int k = 0; k < 16; ++k) {
@@ -70,7 +70,7 @@ TEST_CASE("points project to where they were made") {
 TEST_CASE("the fan covers the box, no more, and need not be symmetric") {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
-  for (double altitude_m : kAltitudes_m) {
+  for (double altitude_m : kAllAltitudes_m) {
     const Acquisition a = random_acquisition(random, altitude_m);
     const Box box = scene_box(a);
     const auto [first, last] = angular_extent(a, box);
@@ -124,7 +124,7 @@ TEST_CASE("looking left mirrors the image's rows") {
 
 TEST_CASE("the ground's extent is where the swath's borders meet the plane") {
   for (double incidence_deg : {20.0, 45.0, 70.0}) {
-    for (double altitude_m : kAltitudes_m) {
+    for (double altitude_m : kAllAltitudes_m) {
       const Acquisition a = acquisition(incidence_deg, 10, altitude_m);
       for (double ground_m : {0.0, -2.5, 1.5}) {
         const auto extent = ground_angular_extent(a, ground_m);

@@ -10,6 +10,8 @@ allowed() {
   case $1 in
     core) ;;
     geometry | field) echo core ;;
+    formation) echo core geometry ;;
+    recognise) ;;
     mpa) echo core geometry field ;;
     dataset) echo core geometry ;;
     evaluation) echo core geometry dataset ;;
@@ -58,7 +60,7 @@ rooms() {
     scene/repair) echo cgal ;;
     scene/vdb) echo readers ;;
     scene/voxelise) echo cgal vdb ;;
-    render/layers | render/formation) ;;
+    render/layers) ;;
     render/surface | render/voxel) echo layers ;;
     *) return 1 ;;
   esac

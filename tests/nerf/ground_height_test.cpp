@@ -40,6 +40,20 @@ TEST_CASE("the height of a ground is estimated from its texture under speckle") 
   }
 }
 
+TEST_CASE("several scenes of a few views show the height of their ground together") {
+  // Six scenes of six views each: every sixth of 36, beginning with another one. The speckle of all of them is independent.
+  const auto images = speckled_scene(36, 1.0);
+  std::vector<std::vector<PosedImage>> scenes(6);
+  for (std::size_t v = 0; v < images.size(); ++v) scenes[v % 6].push_back(images[v]);
+  const auto height_m = common_ground_height_m(scenes, box_from(1.3));
+  REQUIRE(height_m.has_value());
+  CHECK(*height_m == Approx(0.0).margin(0.3));
+  scenes = {featureless_scene(6), featureless_scene(6)};
+  CHECK(!common_ground_height_m(scenes, box_from(1.3)));
+  scenes = {{images.front()}, {images.back()}};
+  CHECK(!common_ground_height_m(scenes, box_from(1.3)));
+}
+
 TEST_CASE("without texture or without speckle the ground is the bottom of the box") {
   const auto height_m = [](const std::vector<PosedImage>& images) {
     const auto ground = estimate_ground(images, box_from(1.0));

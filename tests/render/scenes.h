@@ -4,8 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "sarnerf/core/units.h"
-#include "sarnerf/geometry/acquisition.h"
+#include "geometry/acquisitions.h"
 #include "sarnerf/render/framing.h"
 #include "sarnerf/render/engine.h"
 #include "sarnerf/scene/scene.h"
@@ -90,18 +89,6 @@ inline void add_box(Scene& scene, glm::dvec3 size, double turn_rad = 0.0,
 /// One rectangle p, p + u, p + u + v, p + v; its front is where u × v points.
 inline void add_sheet(Scene& scene, glm::dvec3 p, glm::dvec3 u, glm::dvec3 v, bool closed = false) {
   add_piece(scene, {p, p + u, p + u + v, p + v}, {{0, 1, 2}, {0, 2, 3}}, closed);
-}
-
-inline Acquisition view_of(double pitch_deg, double altitude_m = 10000.0, int n_azimuth = 128,
-                           int n_range = 128, double spacing_m = 0.3, double azimuth_deg = 0.0) {
-  Acquisition a;
-  a.azimuth_rad = rad_from_deg(azimuth_deg);
-  a.incidence_rad = rad_from_deg(pitch_deg);
-  a.slant_range_m = slant_range_from_altitude_m(altitude_m, a.incidence_rad);
-  a.n_azimuth = n_azimuth;
-  a.n_range = n_range;
-  a.azimuth_spacing_m = a.range_spacing_m = spacing_m;
-  return a;
 }
 
 inline double relative_l2(const Image<float>& image, const Image<float>& reference) {

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "sarnerf/dataset/manifest.h"
 #include "sarnerf/dataset/phoenix.h"
 
 /// The images in a folder and their acquisition, from a table or from file names, before pixels are read.
@@ -38,6 +41,23 @@ std::vector<std::filesystem::path> image_files(const std::filesystem::path& fold
 /// Index from file names that begin with the azimuth (deg) and an underscore, such as 50.2248_HB15087.tif. Throws an
 /// InputError that names the folder's other images.
 std::vector<IndexedImage> index_by_names(const std::filesystem::path& folder);
+
+/// What is not in the index, for all images alike.
+struct PictureRule {
+  double slant_range_m = 4500.0;  ///< used if the index gives none
+  std::optional<std::pair<double, double>> spacing_m;  ///< azimuth, range; used if the index gives none
+  double scale = 1.0;             ///< physical value of one pixel code
+  /// Of the rows and columns of the file. Default: those of MSTAR's pictures, rows from far to near range, the radar below.
+  std::array<Axis, 2> axes{Axis::minus_j, Axis::minus_i};
+};
+
+/// The chip of an indexed image, without its pixels and size; depression 0 if it is not known. Throws UsageError if the pixel
+/// spacing is not known.
+Chip chip_of(const IndexedImage& indexed, const PictureRule& rule);
+
+/// Reads the chip's pixels, and its size. Throws InputError for a damaged file, and for pixels that are negative or, scaled, not
+/// finite.
+void read_pixels(Chip& chip, const std::filesystem::path& file, const PictureRule& rule);
 
 }  // namespace sarnerf
 

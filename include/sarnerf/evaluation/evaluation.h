@@ -189,3 +189,29 @@ Evaluation evaluate_despeckled(const DespeckledTruth& truth,
                                const Monitor& monitor = {});
 
 }  // namespace sarnerf
+
+/// Statistics of studies in which two methods are compared on the same draws.
+namespace sarnerf {
+
+/// The mean of paired differences, and what a t distribution says of it.
+struct PairedDifference {
+  int n = 0;                          ///< pairs
+  double mean = 0.0;
+  double low = 0.0, high = 0.0;       ///< ends of the 95 % interval of the mean
+  double p = 1.0;                     ///< two-sided: probability of a mean as far from 0 if the true one is 0
+  double smallest_detectable = 0.0;   ///< true mean that an interval of this width leaves 0 out for in 80 % of all studies
+};
+
+/// Of differences a_k − b_k between two methods, one of each draw. With s their standard deviation and n their number,
+///
+///     interval             mean ± t₀.₉₇₅(n − 1) s / √n
+///     smallest detectable  (t₀.₉₇₅(n − 1) + t₀.₈(n − 1)) s / √n
+///
+/// With fewer than two pairs the interval is infinite and p is 1; without scatter p is 0 or 1. Throws UsageError without pairs.
+PairedDifference paired_difference(std::span<const double> differences);
+
+/// p-values of several comparisons, raised by Holm's step-down method (1979): the probability that any of those up to this one is
+/// found by chance stays below the value. In the order of `p`.
+std::vector<double> holm(std::span<const double> p);
+
+}  // namespace sarnerf

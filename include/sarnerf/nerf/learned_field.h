@@ -84,6 +84,9 @@ class LearnedField {
 /// is applied, with the power that leaks in from beyond the image. The field `paper` may have power below 0, which counts as 0.
 Image<float> render_view(const LearnedField& field, const Acquisition& acquisition);
 
+/// The same without an impulse response: the mean reflectivity that image formation starts from.
+Image<float> render_sharp_view(const LearnedField& field, const Acquisition& acquisition);
+
 /// The field of a model file. Throws CheckpointError for an unknown kind, another version, or damaged contents.
 std::unique_ptr<LearnedField> restore_field(const Archive& archive, const std::string& where);
 

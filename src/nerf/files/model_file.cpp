@@ -27,7 +27,7 @@ Border border_in_front(const ImpulseResponse& response, const Acquisition& a) {
 
 }  // namespace
 
-Image<float> render_view(const LearnedField& field, const Acquisition& acquisition) {
+Image<float> render_sharp_view(const LearnedField& field, const Acquisition& acquisition) {
   const double voxel_m = field.voxel_size_m();
   RaySampling sampling;
   sampling.ray_spacing_m = 0.5 * voxel_m;
@@ -35,17 +35,21 @@ Image<float> render_view(const LearnedField& field, const Acquisition& acquisiti
   sampling.longest_m = voxel_m;
   Acquisition centred = acquisition;
   centred.aim_m = glm::dvec3(0.0);
-  ImpulseResponse response;
-  if (field.resolution)
-    response = impulse_response(*field.resolution, acquisition.azimuth_spacing_m, acquisition.range_spacing_m);
-  const Border border = border_in_front(response, acquisition);
-  const Acquisition wide = widened(centred, border);
   std::vector<RowRequest> rows;
-  for (int i = 0; i < wide.n_azimuth; ++i) rows.push_back({wide, i});
-  Image<float> image(wide.n_azimuth, wide.n_range);
+  for (int i = 0; i < centred.n_azimuth; ++i) rows.push_back({centred, i});
+  Image<float> image(centred.n_azimuth, centred.n_range);
   field.render_rows(rows, sampling, image.pixels());
   for (float& power : image.pixels()) power = std::max(power, 0.0f);
-  if (field.resolution) convolve_power(image, response);
+  return image;
+}
+
+Image<float> render_view(const LearnedField& field, const Acquisition& acquisition) {
+  if (!field.resolution) return render_sharp_view(field, acquisition);
+  const ImpulseResponse response =
+      impulse_response(*field.resolution, acquisition.azimuth_spacing_m, acquisition.range_spacing_m);
+  const Border border = border_in_front(response, acquisition);
+  Image<float> image = render_sharp_view(field, widened(acquisition, border));
+  convolve_power(image, response);
   return without_border(std::move(image), border);
 }
 

@@ -197,32 +197,69 @@ double noise_of(const Agreement& agreement, std::size_t n_views, double cell_m, 
   return agreement.variance() / std::sqrt(pairs * n_independent);
 }
 
-/// The height at which masked views agree best, if the agreement is significant and the height below the box's top.
-std::optional<double> agreed_height_m(Views images, std::span<const Mask> masks, const Box& box_m, const GroundRule& rule) {
-  const Acquisition& first = images.front().acquisition;
-  const double pixel_m = std::max(first.azimuth_spacing_m, first.range_spacing_m);
-  const std::vector<RadarFrame> frames = frames_of(images);
-  double step_m = 0.0;  // for the view whose ranges change least with height
-  for (const PosedImage& image : images)
-    step_m = std::max(step_m, rule.height_step_pixels * image.acquisition.range_spacing_m /
-                                  std::cos(image.acquisition.incidence_rad));
-  std::vector<Deviation> deviations(images.size());
-  for_each_view(images, [&](std::size_t v) { deviations[v] = deviation_of(images[v].power, masks[v], rule); });
+/// A first guess: each view's gain is the median of its block means, and the ground is uniform.
+struct UniformGround {
+  std::vector<double> gain;
+  std::vector<Mask> mask;
+};
 
+UniformGround uniform_ground(Views images, const GroundRule& rule) {
+  UniformGround ground{std::vector<double>(images.size()), std::vector<Mask>(images.size())};
+  for_each_view(images, [&](std::size_t v) {
+    const Image<float>& power = images[v].power;
+    ground.gain[v] = median(block_means(power, rule.block_pixels));
+    const Image<float> expected(power.n_azimuth(), power.n_range(), static_cast<float>(ground.gain[v]));
+    ground.mask[v] = ground_mask(power, expected, rule);
+  });
+  return ground;
+}
+
+/// The views of a scene, and what of them is compared.
+struct Evidence {
+  Views images;
+  std::vector<RadarFrame> frames;
+  std::vector<Deviation> deviations;
+};
+
+Evidence evidence_of(Views images, std::span<const Mask> masks, const GroundRule& rule) {
+  Evidence evidence{images, frames_of(images), std::vector<Deviation>(images.size())};
+  for_each_view(images, [&](std::size_t v) { evidence.deviations[v] = deviation_of(images[v].power, masks[v], rule); });
+  return evidence;
+}
+
+/// The height at which masked views agree best, if the agreement is significant and the height below the box's top. Of several
+/// scenes, each agrees with itself alone, and V is the mean over all their cells.
+std::optional<double> agreed_height_m(std::span<const Evidence> scenes, const Box& box_m, const GroundRule& rule) {
+  const Acquisition& first = scenes.front().images.front().acquisition;
+  const double pixel_m = std::max(first.azimuth_spacing_m, first.range_spacing_m);
+  double step_m = 0.0;  // for the view whose ranges change least with height
+  for (const Evidence& scene : scenes)
+    for (const PosedImage& image : scene.images)
+      step_m = std::max(step_m, rule.height_step_pixels * image.acquisition.range_spacing_m /
+                                    std::cos(image.acquisition.incidence_rad));
   const Cells cells = cells_of(box_m, pixel_m);
   const int n_steps = static_cast<int>(std::lround(rule.height_reach_pixels / rule.height_step_pixels));
-  std::vector<Regions> agreement;
-  for (int n = -n_steps; n <= n_steps; ++n)
-    agreement.push_back(agreement_at(box_m.min.y + n * step_m, images, frames, deviations, cells));
+  std::vector<Regions> agreement(static_cast<std::size_t>(2 * n_steps + 1));
+  double squares = 0.0, n_cells = 0.0;  // of V's noise at the bottom of the box
+  for (const Evidence& scene : scenes)
+    for (int n = -n_steps; n <= n_steps; ++n) {
+      const Regions of_scene = agreement_at(box_m.min.y + n * step_m, scene.images, scene.frames, scene.deviations, cells);
+      Regions& sum = agreement[static_cast<std::size_t>(n + n_steps)];
+      for (std::size_t r = 0; r < sum.size(); ++r) sum[r] += of_scene[r];
+      if (n != 0) continue;
+      const Agreement total = sum_of(of_scene);
+      const double noise = noise_of(total, scene.images.size(), cells.size_m, pixel_m, rule.height_sigma_pixels);
+      squares += total.n_cells * total.n_cells * noise * noise;
+      n_cells += total.n_cells;
+    }
   const auto at = [&](int n) -> const Regions& { return agreement[static_cast<std::size_t>(n + n_steps)]; };
   const auto covariance = [&](int n) { return sum_of(at(n)).covariance(); };
   int best = 0;
   for (int n = -n_steps; n <= n_steps; ++n)
     if (covariance(n) > covariance(best)) best = n;
   // If the best height is the lowest or highest one tried, the true height lies beyond it, or there is none.
-  if (std::abs(best) == n_steps) return {};
-  const double noise = noise_of(sum_of(at(0)), images.size(), cells.size_m, pixel_m, rule.height_sigma_pixels);
-  if (!(covariance(best) - covariance(0) > rule.height_significance * noise)) return {};
+  if (std::abs(best) == n_steps || !(n_cells > 0.0)) return {};
+  if (!(covariance(best) - covariance(0) > rule.height_significance * std::sqrt(squares) / n_cells)) return {};
   if (!(significance_of(at(best)) > rule.height_significance)) return {};
   const double top = top_of_parabola(covariance(best - 1), covariance(best), covariance(best + 1));
   const double height_m = box_m.min.y + (best + top) * step_m;
@@ -236,7 +273,7 @@ std::optional<double> agreed_height_m(Views images, std::span<const Mask> masks,
 namespace {
 
 /// The plane under the box, with a uniform texture.
-LevelGround uniform_ground(Views images, const Box& box_m, double height_m) {
+LevelGround uniform_plane(Views images, const Box& box_m, double height_m) {
   // Extra cells on each side of the box: pixels at its border are interpolated between cells.
   constexpr int kBorder = 4;
   LevelGround ground;
@@ -400,16 +437,14 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
   GroundEstimate estimate;
   estimate.looks = looks_of(images);
   estimate.speckled = is_speckle(estimate.looks);
-  estimate.mask.resize(images.size());
-  std::vector<double> gain(images.size());
-  for_each_view(images, [&](std::size_t v) {
-    const Image<float>& power = images[v].power;
-    gain[v] = median(block_means(power, rule.block_pixels));
-    const Image<float> expected(power.n_azimuth(), power.n_range(), static_cast<float>(gain[v]));
-    estimate.mask[v] = ground_mask(power, expected, rule);
-  });
-  if (!height_m && estimate.speckled) height_m = agreed_height_m(images, estimate.mask, box_m, rule);
-  LevelGround plane = uniform_ground(images, box_m, height_m.value_or(box_m.min.y));
+  UniformGround guess = uniform_ground(images, rule);
+  std::vector<double>& gain = guess.gain;
+  estimate.mask = std::move(guess.mask);
+  if (!height_m && estimate.speckled) {
+    const Evidence evidence = evidence_of(images, estimate.mask, rule);
+    height_m = agreed_height_m(std::span(&evidence, 1), box_m, rule);
+  }
+  LevelGround plane = uniform_plane(images, box_m, height_m.value_or(box_m.min.y));
   take_means_of_pitches(images, gain, plane);
   for (int round = 0;; ++round) {
     for_each_view(images, [&](std::size_t v) {
@@ -429,6 +464,14 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
   if (!estimate.speckled && !(estimate.deviation < rule.most_deviation)) return {};
   estimate.plane = std::make_shared<const LevelGround>(std::move(plane));
   return estimate;
+}
+
+std::optional<double> common_ground_height_m(std::span<const std::vector<PosedImage>> scenes, const Box& box_m,
+                                             const GroundRule& rule) {
+  std::vector<Evidence> evidence;
+  for (const std::vector<PosedImage>& images : scenes)
+    if (images.size() > 1) evidence.push_back(evidence_of(images, uniform_ground(images, rule).mask, rule));
+  return evidence.empty() ? std::nullopt : agreed_height_m(evidence, box_m, rule);
 }
 
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarnerf/render/image_formation.h"
+#include "sarnerf/formation/image_formation.h"
 
 #include <algorithm>
 #include <bit>

@@ -4,8 +4,8 @@
 
 #include "catch.h"
 #include "sarnerf/core/units.h"
-#include "sarnerf/render/image_formation.h"
-#include "scenes.h"
+#include "sarnerf/formation/image_formation.h"
+#include "geometry/acquisitions.h"
 
 using namespace sarnerf;
 using namespace sarnerf::test;

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <random>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/core/units.h"
+#include "sarnerf/dataset/image_index.h"
+#include "sarnerf/dataset/manifest.h"
+#include "study.h"
+
+namespace sarnerf::app {
+
+namespace {
+
+/// Nominal depressions differ from measured ones by less than this.
+constexpr double kSameDepression_deg = 0.75;
+
+/// Side of the sectors of a validation, and how many of them lie between two of its test.
+constexpr double kSector_deg = 30.0;
+constexpr int kFolds = 4;
+
+double apart_deg(double a_deg, double b_deg) { return std::abs(std::remainder(a_deg - b_deg, 360.0)); }
+
+bool is_near(double depression_deg, double wanted_deg) { return std::abs(depression_deg - wanted_deg) < kSameDepression_deg; }
+
+}  // namespace
+
+namespace {
+
+/// A chip of the study.
+struct Found {
+  std::string class_name;
+  double depression_deg = 0.0;
+  PosedImage image;
+};
+
+/// Whether the options ask for chips of this class and depression.
+bool is_wanted(const Options& o, const std::string& class_name, double depression_deg) {
+  return !class_name.empty() && (o.classes.empty() || std::ranges::find(o.classes, class_name) != o.classes.end()) &&
+         (is_near(depression_deg, o.training_depression_deg) || is_near(depression_deg, o.test_depression_deg));
+}
+
+std::vector<Found> chips_of_table(const Options& o, const Monitor& monitor) {
+  const PictureRule rule{.spacing_m = o.spacing_m, .scale = o.scale};
+  std::vector<IndexedImage> wanted;
+  for (const IndexedImage& image : read_image_index(o.table, o.chips))
+    if (image.depression_deg && is_wanted(o, image.class_name, *image.depression_deg)) wanted.push_back(image);
+  std::vector<Found> found(wanted.size());
+  std::mutex mutex;
+  std::size_t n_read = 0;
+  parallel_for(wanted.size(), 8, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      monitor.check();
+      Chip chip = chip_of(wanted[n], rule);
+      read_pixels(chip, wanted[n].file, rule);
+      for (float& value : chip.image.pixels()) value *= value;
+      found[n] = {wanted[n].class_name, *wanted[n].depression_deg,
+                  {wanted[n].file.filename().string(), acquisition_of(chip.view, glm::dvec3(0.0)), std::move(chip.image)}};
+      const std::scoped_lock lock(mutex);
+      monitor.report("reading", ++n_read, wanted.size());
+    }
+  });
+  return found;
+}
+
+/// Views of all datasets in the folder. A view without a class has that of the folder's subfolder that it lies in.
+std::vector<Found> chips_of_datasets(const Options& o, const Monitor& monitor) {
+  std::vector<std::filesystem::path> folders;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(o.chips))
+    if (entry.path().filename() == kManifestName) folders.push_back(entry.path().parent_path());
+  std::ranges::sort(folders);
+  std::vector<Found> found;
+  for (std::size_t f = 0; f < folders.size(); ++f) {
+    const Dataset dataset = read_manifest(folders[f]);
+    const std::string subfolder = std::filesystem::relative(folders[f], o.chips).begin()->string();
+    const auto class_of = [&](const DatasetView& v) { return v.class_name.empty() ? subfolder : v.class_name; };
+    std::vector<std::size_t> which;
+    for (std::size_t n = 0; n < dataset.views.size(); ++n)
+      if (is_wanted(o, class_of(dataset.views[n]), dataset.views[n].depression_deg())) which.push_back(n);
+    std::vector<PosedImage> images = load_images(folders[f], dataset, which, monitor);
+    for (std::size_t n = 0; n < which.size(); ++n) {
+      images[n].acquisition.aim_m = glm::dvec3(0.0);
+      const DatasetView& view = dataset.views[which[n]];
+      found.push_back({class_of(view), view.depression_deg(), std::move(images[n])});
+    }
+    monitor.report("reading", f + 1, folders.size());
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<ClassChips> read_chips(const Options& o, Console& console, const Monitor& monitor) {
+  std::vector<Found> found = o.table.empty() ? chips_of_datasets(o, monitor) : chips_of_table(o, monitor);
+  if (found.empty())
+    throw InputError(format("%s: expected chips%s at %g or %g deg of depression, found none%s", o.chips.c_str(),
+                            o.classes.empty() ? "" : " of these classes", o.training_depression_deg, o.test_depression_deg,
+                            o.table.empty() ? "; datasets are searched (sar_import makes them), or images of a table (--csv)" : ""));
+  std::map<std::string, ClassChips> by_name;
+  for (Found& f : found) {
+    ClassChips& chips = by_name[f.class_name];
+    (is_near(f.depression_deg, o.training_depression_deg) ? chips.training : chips.test).push_back(std::move(f.image));
+  }
+  for (const std::string& name : o.classes)
+    if (by_name.find(name) == by_name.end())
+      throw UsageError("--classes: " + in_quotes(name) + ": no chips of this class in " + o.chips.string() + " at these depressions");
+  std::vector<ClassChips> result;
+  const int most = *std::ranges::max_element(o.shots);
+  for (auto& [name, chips] : by_name) {
+    chips.name = name;
+    for (auto* list : {&chips.training, &chips.test}) std::ranges::sort(*list, {}, azimuth_deg);
+    const bool enough = static_cast<int>(chips.training.size()) >= std::max(most, 1);
+    if (!enough || (chips.test.empty() && !o.validate))
+      throw InputError(format("%s: class %s: expected %d chips or more at %g deg and some at %g deg, found %zu and %zu; choose others "
+                              "(--classes)", o.chips.c_str(), name.c_str(), std::max(most, 1), o.training_depression_deg,
+                              o.test_depression_deg, chips.training.size(), chips.test.size()));
+    result.push_back(std::move(chips));
+  }
+  if (result.size() < 2)
+    throw InputError(o.chips.string() + ": expected chips of two classes or more, found those of " + result.front().name + " alone");
+  console.note(counted(found.size(), "chip") + " of " + counted(result.size(), "class", "classes"));
+  return result;
+}
+
+Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, bool validate) {
+  Draw draw{n_shots, number, {}, {}};
+  std::mt19937_64 random(static_cast<std::uint64_t>(1000 * n_shots + number));
+  for (const ClassChips& c : chips) {
+    std::vector<std::size_t> usable, test;
+    for (std::size_t n = 0; n < c.training.size(); ++n) {
+      const double a_deg = std::remainder(azimuth_deg(c.training[n]), 360.0);
+      const int sector = static_cast<int>(std::floor((a_deg < 0.0 ? a_deg + 360.0 : a_deg) / kSector_deg));
+      (validate && sector % kFolds == number % kFolds ? test : usable).push_back(n);
+    }
+    if (!validate) {
+      test.resize(c.test.size());
+      for (std::size_t n = 0; n < test.size(); ++n) test[n] = n;
+    }
+    std::vector<std::size_t> shots;
+    const double start_deg = std::uniform_real_distribution(0.0, 360.0)(random);
+    if (n_shots == 0) shots = usable;
+    for (int k = 0; k < n_shots; ++k) {
+      const double wanted_deg = start_deg + 360.0 * k / n_shots;
+      std::erase_if(usable, [&](std::size_t n) { return std::ranges::find(shots, n) != shots.end(); });
+      shots.push_back(*std::ranges::min_element(usable, {}, [&](std::size_t n) { return apart_deg(azimuth_deg(c.training[n]), wanted_deg); }));
+    }
+    std::ranges::sort(shots);
+    draw.shots.push_back(std::move(shots));
+    draw.test.push_back(std::move(test));
+  }
+  return draw;
+}
+
+LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const std::int64_t> labels) {
+  constexpr int side = kStoredSide;
+  LabelledChips result{torch::empty({static_cast<std::int64_t>(chips.size()), side, side}),
+                       torch::empty({static_cast<std::int64_t>(chips.size())}, torch::kInt64)};
+  for (std::size_t n = 0; n < chips.size(); ++n) {
+    const Image<float>& power = chips[n]->power;
+    const int first_row = (power.n_azimuth() - side) / 2, first_column = (power.n_range() - side) / 2;
+    if (first_row < 0 || first_column < 0)
+      throw InputError(format("%s: expected a chip of %d x %d pixels or more, found %d x %d", chips[n]->name.c_str(), side, side,
+                              power.n_azimuth(), power.n_range()));
+    float* out = result.amplitude[static_cast<std::int64_t>(n)].data_ptr<float>();
+    for (int i = 0; i < side; ++i)
+      for (int j = 0; j < side; ++j) *out++ = std::sqrt(std::max(0.0f, power(first_row + i, first_column + j)));
+    result.label[static_cast<std::int64_t>(n)] = labels[n];
+  }
+  return result;
+}
+
+}  // namespace sarnerf::app

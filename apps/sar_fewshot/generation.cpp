@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/core/units.h"
+#include "sarnerf/dataset/image_file.h"
+#include "sarnerf/evaluation/baseline.h"
+#include "sarnerf/formation/clutter.h"
+#include "sarnerf/nerf/learned_field.h"
+#include "sarnerf/nerf/trainer.h"
+#include "study.h"
+
+namespace sarnerf::app {
+
+std::string_view name(Arm arm) {
+  switch (arm) {
+    case Arm::none: return "none";
+    case Arm::turned: return "turned";
+    case Arm::turned_circle: return "turned-360";
+    case Arm::interpolated: return "interpolated";
+    case Arm::learned: return "learned";
+    case Arm::learned_turned: return "learned+turned";
+    case Arm::measured: return "measured";
+  }
+  return "";
+}
+
+namespace {
+
+/// A view to generate, and the shot nearest to it.
+struct Wanted {
+  Acquisition acquisition;
+  std::size_t nearest = 0;
+};
+
+/// Views at steps of azimuth from each shot, up to half the gap to its neighbours and no farther than the reach.
+std::vector<Wanted> wanted_views(std::span<const PosedImage> shots, const GenerationOptions& o) {
+  std::vector<Wanted> views;
+  const std::size_t n = shots.size();
+  for (std::size_t s = 0; s < n; ++s)
+    for (const int side : {-1, 1}) {
+      const double next_deg = azimuth_deg(shots[(s + (side > 0 ? 1 : n - 1)) % n]);
+      double gap_deg = std::fmod(side * (next_deg - azimuth_deg(shots[s])) + 720.0, 360.0);
+      if (n == 1) gap_deg = 360.0;
+      const double most_deg = std::min(o.reach_deg, 0.5 * gap_deg);
+      // A view half way between two shots is generated once.
+      for (double d = o.step_deg; d < most_deg || (side > 0 && d == most_deg); d += o.step_deg) {
+        Wanted wanted{shots[s].acquisition, s};
+        wanted.acquisition.azimuth_rad += rad_from_deg(side * d);
+        views.push_back(wanted);
+      }
+    }
+  return views;
+}
+
+PosedImage turned(const PosedImage& shot, const Acquisition& wanted) {
+  return {shot.name, wanted, interpolate_view(std::span(&shot, 1), wanted, Interpolation::rotated_linear)};
+}
+
+std::vector<PosedImage> turned_through_circle(std::span<const PosedImage> shots) {
+  constexpr double kStep_deg = 15.0;
+  std::vector<PosedImage> views;
+  for (const PosedImage& shot : shots)
+    for (double d = kStep_deg; d < 360.0; d += kStep_deg) {
+      Acquisition wanted = shot.acquisition;
+      wanted.azimuth_rad += rad_from_deg(d);
+      views.push_back(turned(shot, wanted));
+    }
+  return views;
+}
+
+/// The box of a chip's swath about the aim point.
+Box box_of(const Acquisition& a) {
+  DatasetView view;
+  view.incidence_deg = deg_from_rad(a.incidence_rad);
+  view.slant_range_m = a.slant_range_m;
+  std::tie(view.n_azimuth, view.n_range) = std::pair(a.n_azimuth, a.n_range);
+  std::tie(view.azimuth_spacing_m, view.range_spacing_m) = std::pair(a.azimuth_spacing_m, a.range_spacing_m);
+  return scene_box_of_swath(glm::dvec3(0.0), std::span(&view, 1));
+}
+
+/// Views of a field that is learned from the shots: means, without speckle. Shots are too few to find the height of their ground.
+std::vector<PosedImage> learned_views(std::span<const PosedImage> shots, const std::vector<Wanted>& wanted, const GenerationOptions& o,
+                                      const FieldContext& context, const Monitor& monitor) {
+  GroundRule rule;
+  rule.least_views = 2;
+  TrainingSet set = training_set({shots.begin(), shots.end()}, box_of(shots.front().acquisition),
+                                 {.ground_m = context.ground_height_m, .above_ground_m = {}}, {}, rule);
+  TrainerOptions trainer_options = default_options(set, o.field);
+  trainer_options.seed = context.seed;
+  Trainer trainer(std::move(set), trainer_options, monitor);
+  for (std::int64_t step = 0; step < o.field_steps; ++step) {
+    monitor.check();
+    trainer.step(static_cast<double>(step) / static_cast<double>(o.field_steps));
+  }
+  std::vector<PosedImage> result;
+  for (const Wanted& w : wanted) {
+    monitor.check();
+    result.push_back({"", w.acquisition, render_view(trainer.field(), w.acquisition)});
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<const PosedImage> shots, const Options& o,
+                                 const FieldContext& context, const Monitor& monitor) {
+  if (arm == Arm::turned_circle) return turned_through_circle(shots);
+  const std::vector<Wanted> wanted = wanted_views(shots, o.generation);
+  if (arm == Arm::learned) return learned_views(shots, wanted, o.generation, context, monitor);
+  std::vector<PosedImage> views;
+  for (const Wanted& w : wanted) {
+    if (arm == Arm::turned) {
+      views.push_back(turned(shots[w.nearest], w.acquisition));
+    } else if (arm == Arm::interpolated) {
+      views.push_back({"", w.acquisition, interpolate_view(shots, w.acquisition, o.generation.interpolation)});
+    } else {
+      views.push_back(*std::ranges::min_element(chips.training, {}, [&](const PosedImage& chip) {
+        return std::abs(std::remainder(chip.acquisition.azimuth_rad - w.acquisition.azimuth_rad, 2.0 * kPi));
+      }));
+    }
+  }
+  return views;
+}
+
+std::vector<PosedImage> shots_of(const ClassChips& chips, const std::vector<std::size_t>& which) {
+  std::vector<PosedImage> shots;
+  for (const std::size_t n : which) shots.push_back(chips.training[n]);
+  return shots;
+}
+
+FieldContext field_context(const std::vector<ClassChips>& chips, const Draw& draw) {
+  std::vector<std::vector<PosedImage>> scenes;
+  for (std::size_t c = 0; c < chips.size(); ++c) scenes.push_back(shots_of(chips[c], draw.shots[c]));
+  const Box box_m = box_of(scenes.front().front().acquisition);
+  return {static_cast<std::uint64_t>(100'000 * draw.number + 1000 * draw.n_shots), common_ground_height_m(scenes, box_m).value_or(0.0)};
+}
+
+namespace {
+
+LabelledChips joined(const LabelledChips& a, const LabelledChips& b) {
+  return {torch::cat({a.amplitude, b.amplitude}), torch::cat({a.label, b.label})};
+}
+
+/// The views of an arm, of all classes.
+LabelledChips views_of_classes(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const Monitor& monitor) {
+  const FieldContext shared = arm == Arm::learned ? field_context(chips, draw) : FieldContext{};
+  std::vector<PosedImage> views;
+  std::vector<std::int64_t> labels;
+  for (std::size_t c = 0; c < chips.size(); ++c) {
+    monitor.check();
+    FieldContext context = shared;
+    context.seed += c;
+    std::vector<PosedImage> of_class = views_of(arm, chips[c], shots_of(chips[c], draw.shots[c]), o, context, monitor);
+    if (arm == Arm::learned) monitor.report(format("fields of draw %d", draw.number), c + 1, chips.size());
+    labels.insert(labels.end(), of_class.size(), static_cast<std::int64_t>(c));
+    std::ranges::move(of_class, std::back_inserter(views));
+  }
+  std::vector<const PosedImage*> pointers;
+  for (const PosedImage& view : views) pointers.push_back(&view);
+  return labelled(pointers, labels);
+}
+
+/// Looks and response of the clutter of all shots of a draw; nothing if learned views are to have no speckle.
+std::optional<ImageFormation> speckle_of(const std::vector<ClassChips>& chips, const Draw& draw, const GenerationOptions& o) {
+  if (!o.speckle) return std::nullopt;
+  std::vector<Image<float>> powers;
+  for (std::size_t c = 0; c < chips.size(); ++c)
+    for (const PosedImage& shot : shots_of(chips[c], draw.shots[c])) powers.push_back(shot.power);
+  const auto clutter = clutter_statistics(powers);
+  if (!clutter) return std::nullopt;
+  const Acquisition& first = chips.front().training.front().acquisition;
+  ImageFormation radar;
+  // Texture makes speckle of one look look like less than one.
+  radar.looks = std::max(1.0, clutter->looks);
+  if (const auto r = fitted_resolution(*clutter, o.window, first.azimuth_spacing_m, first.range_spacing_m)) {
+    radar.resolution_m = {r->azimuth_m, r->range_m};
+    radar.window = r->window;
+  }
+  return radar;
+}
+
+/// Means with speckle, of another seed for each chip.
+LabelledChips with_speckle(const LabelledChips& means, const ImageFormation& radar, Acquisition view, int draw) {
+  view.n_azimuth = view.n_range = kStoredSide;
+  LabelledChips result{means.amplitude.clone(), means.label};
+  parallel_for(static_cast<std::size_t>(result.size()), 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      ImageFormation formation = radar;
+      formation.seed = static_cast<std::uint64_t>(1'000'000 * (draw + 1)) + n;
+      Image<float> factor(view.n_azimuth, view.n_range, 1.0f);
+      multiply_by_speckle(factor, formation, view);
+      float* pixel = result.amplitude.data_ptr<float>() + n * factor.pixels().size();
+      for (const float f : factor.pixels()) *pixel++ *= std::sqrt(f);
+    }
+  });
+  return result;
+}
+
+}  // namespace
+
+LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& o,
+                              const std::filesystem::path& cache, const Monitor& monitor) {
+  if (arm == Arm::none) return {};
+  if (arm == Arm::learned_turned)
+    return joined(generated_chips(Arm::learned, chips, draw, o, cache, monitor),
+                  generated_chips(Arm::turned, chips, draw, o, cache, monitor));
+  if (arm != Arm::learned) return views_of_classes(arm, chips, draw, o, monitor);
+  // Fields take long: their views are kept, as means. Speckle is added anew.
+  const auto file = cache / format("%02d_%02d.pt", draw.n_shots, draw.number);
+  LabelledChips means;
+  if (std::filesystem::exists(file)) {
+    const Archive archive = read_archive(file);
+    means = {archive.tensor("amplitude", torch::kFloat32, 3, file.string()), archive.tensor("label", torch::kInt64, 1, file.string())};
+  } else {
+    means = views_of_classes(arm, chips, draw, o, monitor);
+    Archive archive;
+    archive.tensors = {{"amplitude", means.amplitude}, {"label", means.label}};
+    write_archive(file, archive);
+  }
+  const std::optional<ImageFormation> radar = speckle_of(chips, draw, o.generation);
+  return radar ? with_speckle(means, *radar, chips.front().training.front().acquisition, draw.number) : means;
+}
+
+// Pictures.
+
+namespace {
+
+constexpr int kColumns = 8, kGap_pixels = 2;
+
+}  // namespace
+
+Image<std::uint8_t> arms_picture(const ClassChips& chips, std::span<const PosedImage> shots, const Options& o,
+                                 const FieldContext& context, const Monitor& monitor) {
+  std::vector<Arm> rows{Arm::measured};
+  for (const Arm arm : o.arms)
+    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && arm != Arm::learned_turned) rows.push_back(arm);
+  std::vector<std::vector<PosedImage>> views;
+  for (const Arm arm : rows) views.push_back(views_of(arm, chips, shots, o, context, monitor));
+  const std::size_t n = std::min<std::size_t>(kColumns, views.front().size());
+  const int side_i = shots.front().power.n_azimuth(), side_j = shots.front().power.n_range();
+  std::vector<float> whites;
+  for (const PosedImage& shot : shots) whites.push_back(white_level(shot.power));
+  const float white = *std::ranges::max_element(whites);
+  Image<std::uint8_t> picture(static_cast<int>(rows.size()) * (side_i + kGap_pixels), static_cast<int>(n) * (side_j + kGap_pixels), 255);
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    for (std::size_t c = 0; c < n; ++c) {
+      const Image<std::uint8_t> levels = display_levels(views[r][c * views[r].size() / n].power, Quantity::power, white);
+      for (int i = 0; i < levels.n_azimuth(); ++i)
+        for (int j = 0; j < levels.n_range(); ++j)
+          picture(static_cast<int>(r) * (side_i + kGap_pixels) + i, static_cast<int>(c) * (side_j + kGap_pixels) + j) = levels(i, j);
+    }
+  return picture;
+}
+
+}  // namespace sarnerf::app

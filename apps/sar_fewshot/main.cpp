@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// sar_fewshot: few-shot recognition of SAR chips with generated views.
+#include <nlohmann/json.hpp>
+
+#include "app_main.h"
+#include "output_files.h"
+#include "output_lock.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/dataset/image_file.h"
+#include "sarnerf/report/page.h"
+#include "study.h"
+#include "version.h"
+
+namespace sarnerf::app {
+namespace {
+
+/// Keeps the cells of the same options, and refuses those of others.
+void take_place(const Options& o) {
+  std::error_code code;
+  if (std::filesystem::exists(o.output, code) && !std::filesystem::is_directory(o.output, code))
+    throw UsageError(o.output.string() + ": expected a place for a folder, found a file; choose another -o");
+  refuse_inside(o.output, std::vector{o.chips});
+  require_possible(o.output);
+  const auto file = o.output / "recipe.json";
+  const Json request = valid_text(request_of(o));
+  if (const auto recipe = read_recipe(file)) {
+    const std::string differs = difference(recipe->value("request", Json()), request);
+    if (!differs.empty())
+      throw UsageError(o.output.string() + ": holds a study with other options (" + differs + "); choose another folder (-o)");
+    return;
+  }
+  if (std::filesystem::exists(o.output, code) && !std::filesystem::is_empty(o.output, code))
+    throw UsageError(o.output.string() + ": expected a study or an empty folder, found other files; choose another folder (-o)");
+  make_folder(o.output);
+  write_file_atomically(file, recipe_text(make_recipe(kProgram, request, Json::object())));
+}
+
+void write_pictures(const Options& o, const std::vector<ClassChips>& chips, const Monitor& monitor) {
+  const auto most = *std::ranges::max_element(o.shots);
+  if (most == 0) return;
+  make_folder(o.output / "pictures");
+  const Draw draw = draw_shots(chips, most, 0, o.validate);
+  const FieldContext context = field_context(chips, draw);
+  for (std::size_t c = 0; c < chips.size(); ++c) {
+    const auto file = o.output / "pictures" / (chips[c].name + ".png");
+    if (std::filesystem::exists(file)) continue;
+    AtomicFiles files;
+    files.add(file, encode_png(arms_picture(chips[c], shots_of(chips[c], draw.shots[c]), o, context, monitor)));
+    files.commit();
+  }
+}
+
+/// report.md, report.html, report.json and the diagrams.
+std::string write_report(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells) {
+  const std::string tables = study_text(o, chips, cells);
+  std::string text = tables;
+  AtomicFiles files;
+  for (const Classifier classifier : o.classifiers)
+    if (const auto plot = accuracy_plot(o, cells, classifier)) {
+      const std::string file = std::string(name(classifier)) + ".png";
+      files.add(o.output / file, png_of_svg(svg(*plot)));
+      text += "\n![" + plot->title + "](" + file + ")\n";
+    }
+  files.commit();
+  std::string pictures;
+  for (const ClassChips& c : chips)
+    if (const std::string file = "pictures/" + c.name + ".png"; std::filesystem::exists(o.output / file))
+      pictures += "![" + c.name + "](" + file + ")\n";
+  if (!pictures.empty())
+    text += "\n## Generated chips\n\n" + pictures +
+            "*From above: measured chips, and the arms' views at the same azimuths; decibels on one scale.*\n";
+  text += "\n## Answers by class\n" + confusion_text(o, chips, cells);
+  write_file_atomically(o.output / "report.md", text);
+  write_file_atomically(o.output / "report.json", study_json(o, chips, cells).dump(1) + "\n");
+  write_file_atomically(o.output / "report.html",
+                        page_html(page_of_markdown(text, [&](const std::string& file) { return read_picture(o.output / file); })));
+  return tables;
+}
+
+void run(const Options& options, Console& console) {
+  const Monitor monitor{[&](std::string_view stage, std::uint64_t done, std::uint64_t total) { console.progress(stage, done, total); },
+                        &stop_requested()};
+  const std::vector<ClassChips> chips = read_chips(options, console, monitor);
+  take_place(options);
+  const FolderLock lock(options.output);
+  try {
+    const std::vector<Cell> cells = run_study(options, chips, console, monitor);
+    write_pictures(options, chips, monitor);
+    print_result(write_report(options, chips, cells));
+  } catch (const Interrupted&) {
+    throw Interrupted("interrupted; the same command continues, from " + options.output.string());
+  }
+}
+
+}  // namespace
+}  // namespace sarnerf::app
+
+int main(int argc, char** argv) {
+  using namespace sarnerf::app;
+  return app_main<Options>(kProgram, argc, argv, parse_options, run);
+}

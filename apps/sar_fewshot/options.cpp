@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sstream>
+
+#include "command_line.h"
+#include "output_lock.h"
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/text.h"
+#include "study.h"
+
+namespace sarnerf::app {
+namespace {
+
+constexpr const char* kDescription =
+    "Few-shot recognition: how much better is a classifier that learns from a few measured chips of each class and from\n"
+    "views generated from them? Trains classifiers on shots at one depression and tests them on all chips at another.";
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  sar_fewshot mstar/soc --csv mstar/manifest.csv --amplitude-scale 4/65535 -o study\n"
+    "  sar_fewshot mstar/soc --csv mstar/manifest.csv --amplitude-scale 4/65535 --quick -o quick\n"
+    "  sar_fewshot chips/ --train-depression 17 --test-depression 15 --shots 4,8 --draws 3\n"
+    "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 130 interrupted; the same command continues.";
+
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+/// A list of some of these values, separated by commas, each named by name().
+template <class T>
+Kind<std::vector<T>> some_of(const std::vector<T>& all) {
+  const auto read = [all](const std::string& option, const std::string& text) {
+    std::vector<T> chosen;
+    std::vector<std::string> names;
+    for (const T value : all) names.emplace_back(name(value));
+    for (const std::string& part : parts_of(text)) {
+      const auto found = std::ranges::find(names, part);
+      if (found == names.end()) {
+        const std::string close = closest_name(part, names);
+        std::string list;
+        for (const std::string& n : names) list += (list.empty() ? "" : ", ") + n;
+        throw UsageError(option + ": expected some of " + list + ", found " + in_quotes(part) + (close.empty() ? "" : " (" + close + "?)"));
+      }
+      chosen.push_back(all[static_cast<std::size_t>(found - names.begin())]);
+    }
+    if (chosen.empty()) throw UsageError(option + ": expected a list, found nothing");
+    return chosen;
+  };
+  const auto show = [](const std::vector<T>& values) {
+    std::string text;
+    for (const T value : values) text += (text.empty() ? "" : ",") + std::string(name(value));
+    return text;
+  };
+  return {"LIST", read, show};
+}
+
+Kind<std::vector<int>> shot_counts() {
+  const auto read = [](const std::string& option, const std::string& text) {
+    std::vector<int> counts;
+    for (const std::string& part : parts_of(text))
+      counts.push_back(part == "all" ? 0 : static_cast<int>(parse_whole(option, part, 1, 100'000)));
+    if (counts.empty()) throw UsageError(option + ": expected numbers such as 4,8,12 or all, found nothing");
+    return counts;
+  };
+  const auto show = [](const std::vector<int>& counts) {
+    std::string text;
+    for (const int n : counts) text += (text.empty() ? "" : ",") + (n == 0 ? std::string("all") : std::to_string(n));
+    return text;
+  };
+  return {"LIST", read, show};
+}
+
+std::filesystem::path folder_of_chips(const std::string& text) {
+  if (!std::filesystem::is_directory(text)) throw InputError(text + ": expected a folder of chips, found none");
+  return without_slash(text);
+}
+
+void add_options(CommandLine& command, Options& o) {
+  command.then([&] { o.shared = command.shared_options(); });
+  command.add("FOLDER", o.chips, made_by("FOLDER", folder_of_chips), "Folder with datasets of chips, or with images of a table, at any depth");
+  command.require("FOLDER");
+
+  command.begin_group("Chips");
+  command.add("--csv", o.table, path("FILE"), "Table of images, as for sar_import: file, azimuth_deg, depression_deg, class, spacings");
+  command.add("--amplitude-scale", o.scale, code_value(), "Amplitude of one code of the files, such as 4/65535");
+  command.add("--spacing", o.spacing_m, spacing_m(), "Pixel spacing (m), azimuth and slant range, where the table has none");
+  command.add("--classes", o.classes, made_by("LIST", parts_of, "all"), "Only these classes");
+  command.add("--train-depression", o.training_depression_deg, between("DEG", 1.0, 89.0), "Nominal depression of the shots");
+  command.add("--test-depression", o.test_depression_deg, between("DEG", 1.0, 89.0), "Nominal depression of the test chips");
+
+  command.begin_group("Study");
+  command.add("--shots", o.shots, shot_counts(), "Shots of each class; all: every chip");
+  command.add("--draws", o.n_draws, whole("N", 1, 1000), "Draws of shots: each has starts and a seed of its own");
+  command.add("--arms", o.arms,
+              some_of<Arm>({Arm::none, Arm::turned, Arm::turned_circle, Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::measured}),
+              "What is added to the shots");
+  command.add("--classifiers", o.classifiers,
+              some_of<Classifier>({Classifier::a_convnet, Classifier::resnet50, Classifier::nearest_neighbour, Classifier::background}),
+              "Who learns");
+  command.add_flag("--validate", o.validate,
+                   "Test on sectors of 30 deg of the training depression, away from the shots: to choose options by");
+
+  command.begin_group("Classifiers");
+  command.add("--steps", o.training.n_steps, whole("N", 1, 1'000'000), "Steps of a training");
+  command.add("--batch", o.training.batch, whole("N", 2, 10'000), "Chips of a step");
+  command.add("--rate", o.training.rate, positive("X"), "Largest learning rate");
+  command.add("--weight-decay", o.training.weight_decay, between("X", 0.0, 1.0), "Of AdamW");
+  command.add("--shift", o.training.shift_pixels, whole("N", 0, 8), "Largest random shift of a chip (pixels)");
+  command.add("--shot-fraction", o.training.shot_fraction, between("X", 0.0, 1.0), "Part of a batch that is shots");
+
+  command.begin_group("Generated chips");
+  command.add("--step", o.generation.step_deg, between("DEG", 0.1, 90.0), "Between generated chips");
+  command.add("--reach", o.generation.reach_deg, between("DEG", 0.1, 180.0), "Largest distance from a shot; half the gap at most");
+  command.add("--field", o.generation.field, text("NAME"), "Field that is learned from the shots: surface or grid");
+  command.add("--field-steps", o.generation.field_steps, whole("N", 1, 1'000'000), "Steps of its training");
+  command.add("--speckle", o.generation.speckle, one_of<bool>({{"on", true}, {"off", false}}), "Learned views get the speckle of the shots' clutter");
+  command.add("--window", o.generation.window, made_by("NAME", [](const std::string& name) { return window_from_text(name); }, "taylor:-35,4"),
+              "Window of the chips' impulse response, as for sar_render; its width is estimated");
+
+  command.begin_group("Output");
+  command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder of the study; default FOLDER_fewshot");
+  command.add_flag("--dry-run", o.dry_run, "Print the plan and stop");
+  command.add_shared_options();
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv) {
+  CommandLine command("sar_fewshot", kDescription, kFooter);
+  Options options;
+  add_options(command, options);
+  if (!command.parse(argc, argv)) return std::nullopt;
+  if (options.output.empty()) options.output = full_path(options.chips).filename().string() + "_fewshot";
+  return options;
+}
+
+}  // namespace sarnerf::app

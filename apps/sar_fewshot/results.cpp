@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "sarnerf/core/text.h"
+#include "sarnerf/evaluation/evaluation.h"
+#include "sarnerf/report/page.h"
+#include "sarnerf/report/plot.h"
+#include "study.h"
+#include "version.h"
+
+namespace sarnerf::app {
+
+namespace {
+
+/// Arms that the others are compared with.
+constexpr Arm kReferences[] = {Arm::none, Arm::turned, Arm::interpolated};
+
+std::string shots_text(int n_shots) { return n_shots == 0 ? "all" : std::to_string(n_shots); }
+
+/// Accuracy (%) of each draw, by its number.
+std::map<int, double> accuracies(const std::vector<Cell>& cells, Classifier classifier, Arm arm, int n_shots) {
+  std::map<int, double> values;
+  for (const Cell& cell : cells)
+    if (cell.classifier == classifier && cell.arm == arm && cell.n_shots == n_shots) values[cell.draw] = 100.0 * cell.accuracy();
+  return values;
+}
+
+struct Spread {
+  double mean = 0.0, deviation = 0.0, least = 0.0, most = 0.0;
+};
+
+Spread spread_of(const std::map<int, double>& values) {
+  Spread s;
+  const auto n = static_cast<double>(values.size());
+  s.least = s.most = values.begin()->second;
+  for (const auto& [draw, v] : values) {
+    s.mean += v / n;
+    s.least = std::min(s.least, v);
+    s.most = std::max(s.most, v);
+  }
+  double squares = 0.0;
+  for (const auto& [draw, v] : values) squares += (v - s.mean) * (v - s.mean);
+  if (values.size() > 1) s.deviation = std::sqrt(squares / (n - 1.0));
+  return s;
+}
+
+std::string spread_text(const std::map<int, double>& values) {
+  if (values.empty()) return "–";
+  const Spread s = spread_of(values);
+  return values.size() > 1 ? format("%.1f ± %.1f", s.mean, s.deviation) : format("%.1f", s.mean);
+}
+
+/// One comparison of two arms at one number of shots.
+struct Comparison {
+  Classifier classifier;
+  Arm arm, reference;
+  int n_shots;
+  PairedDifference difference;
+  double p_holm = 1.0;  ///< raised over the numbers of shots
+};
+
+std::vector<Comparison> comparisons(const Options& o, const std::vector<Cell>& cells) {
+  std::vector<Comparison> all;
+  for (const Classifier classifier : o.classifiers)
+    for (const Arm reference : kReferences)
+      for (const Arm arm : o.arms) {
+        if (arm == reference || arm == Arm::none || (reference == Arm::interpolated && arm == Arm::turned)) continue;
+        const std::size_t first = all.size();
+        std::vector<double> p;
+        for (const int n_shots : o.shots) {
+          const auto a = accuracies(cells, classifier, arm, n_shots), b = accuracies(cells, classifier, reference, n_shots);
+          std::vector<double> differences;
+          for (const auto& [draw, value] : a)
+            if (const auto found = b.find(draw); found != b.end()) differences.push_back(value - found->second);
+          if (differences.empty()) continue;
+          all.push_back({classifier, arm, reference, n_shots, paired_difference(differences)});
+          p.push_back(all.back().difference.p);
+        }
+        const std::vector<double> raised = holm(p);
+        for (std::size_t n = 0; n < raised.size(); ++n) all[first + n].p_holm = raised[n];
+      }
+  return all;
+}
+
+std::string accuracy_table(const Options& o, const std::vector<Cell>& cells, Classifier classifier) {
+  std::vector<TableColumn> columns{{"added to the shots"}};
+  for (const int n : o.shots) columns.push_back({shots_text(n) + " shots", Align::right});
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&](const std::string& title, Classifier who, Arm arm) {
+    std::vector<std::string> row{title};
+    bool any = false;
+    for (const int n : o.shots) {
+      const auto values = accuracies(cells, who, arm, n);
+      any = any || !values.empty();
+      row.push_back(spread_text(values));
+    }
+    if (any) rows.push_back(row);
+  };
+  for (const Arm arm : o.arms) add(std::string(name(arm)), classifier, arm);
+  if (classifier != Classifier::background) add("(four corners of the shots alone)", Classifier::background, Arm::none);
+  return markdown_table(columns, rows);
+}
+
+std::string difference_table(const Options& o, const std::vector<Comparison>& all, Classifier classifier) {
+  std::vector<TableColumn> columns{{"difference"}};
+  for (const int n : o.shots) columns.push_back({shots_text(n) + " shots (points)", Align::right});
+  std::vector<std::vector<std::string>> rows;
+  for (const Arm reference : kReferences)
+    for (const Arm arm : o.arms) {
+      std::vector<std::string> row{std::string(name(arm)) + " − " + std::string(name(reference))};
+      bool any = false;
+      for (const int n_shots : o.shots) {
+        const auto found = std::ranges::find_if(all, [&](const Comparison& c) {
+          return c.classifier == classifier && c.arm == arm && c.reference == reference && c.n_shots == n_shots;
+        });
+        if (found == all.end()) {
+          row.emplace_back("–");
+          continue;
+        }
+        any = true;
+        const PairedDifference& d = found->difference;
+        row.push_back(d.n < 2 ? format("%+.1f", d.mean)
+                              : format("%+.1f (%+.1f to %+.1f), p %.2g, from %.1f", d.mean, d.low, d.high, found->p_holm,
+                                       d.smallest_detectable));
+      }
+      if (any) rows.push_back(row);
+    }
+  return rows.empty() ? "" : markdown_table(columns, rows);
+}
+
+/// Answers of all draws, in per cent of the class.
+std::string confusion_table(const std::vector<ClassChips>& chips, const std::vector<Cell>& cells, Classifier classifier, Arm arm,
+                            int n_shots) {
+  std::vector<std::vector<int>> sum(chips.size(), std::vector<int>(chips.size(), 0));
+  for (const Cell& cell : cells) {
+    if (cell.classifier != classifier || cell.arm != arm || cell.n_shots != n_shots) continue;
+    for (std::size_t a = 0; a < chips.size(); ++a)
+      for (std::size_t b = 0; b < chips.size(); ++b) sum[a][b] += cell.confusion[a][b];
+  }
+  std::vector<TableColumn> columns{{"class (%)"}};
+  for (const ClassChips& c : chips) columns.push_back({c.name, Align::right});
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t a = 0; a < chips.size(); ++a) {
+    int total = 0;
+    for (const int n : sum[a]) total += n;
+    std::vector<std::string> row{chips[a].name};
+    for (const int n : sum[a]) row.push_back(n == 0 ? "" : format("%.1f", 100.0 * n / total));
+    rows.push_back(row);
+  }
+  return markdown_table(columns, rows);
+}
+
+}  // namespace
+
+std::optional<Plot> accuracy_plot(const Options& o, const std::vector<Cell>& cells, Classifier classifier) {
+  Plot plot;
+  plot.title = "Accuracy of " + std::string(name(classifier));
+  plot.subtitle = "mean of the draws; bars from the worst to the best";
+  plot.x = {"shots of each class"};
+  plot.y = {"test chips recognised (%)"};
+  for (const Arm arm : o.arms) {
+    PlotSeries series;
+    series.name = name(arm);
+    for (const int n_shots : o.shots) {
+      const auto values = accuracies(cells, classifier, arm, n_shots);
+      if (n_shots == 0 || values.empty()) continue;
+      const Spread s = spread_of(values);
+      series.points.push_back({static_cast<double>(n_shots), s.mean, s.least, s.most});
+    }
+    if (!series.points.empty()) plot.series.push_back(series);
+  }
+  return plot.series.empty() ? std::nullopt : std::optional(plot);
+}
+
+std::string study_text(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells) {
+  std::size_t n_training = 0, n_test = 0;
+  for (const ClassChips& c : chips) {
+    n_training += c.training.size();
+    n_test += o.validate ? 0 : c.test.size();
+  }
+  std::string text = format("# Few-shot recognition\n\n%s of %s at %g°. ", counted(n_training, "chip").c_str(),
+                            counted(chips.size(), "class", "classes").c_str(), o.training_depression_deg);
+  text += o.validate ? "**A validation**: the test chips are those of sectors of 30° of azimuth that have no shots.\n"
+                     : format("Tested on all %zu chips at %g°.\n", n_test, o.test_depression_deg);
+  text += format("Accuracy in %%, mean ± standard deviation over %s of shots.\n", counted(static_cast<std::uint64_t>(o.n_draws), "draw").c_str());
+  const std::vector<Comparison> compared = comparisons(o, cells);
+  for (const Classifier classifier : o.classifiers) {
+    if (classifier == Classifier::background) continue;
+    text += "\n## " + std::string(name(classifier)) + "\n\n" + accuracy_table(o, cells, classifier);
+    if (const std::string differences = difference_table(o, compared, classifier); !differences.empty())
+      text += "\n" + differences +
+              "\n*Paired by draw: mean (95 % interval of Student's t), p raised by Holm's method over the numbers of shots, and the smallest "
+              "true difference that a study of this size finds in 80 % of cases.*\n";
+  }
+  return text;
+}
+
+std::string confusion_text(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells) {
+  std::string text;
+  for (const Classifier classifier : o.classifiers)
+    for (const int n_shots : o.shots)
+      for (const Arm arm : o.arms) {
+        if (accuracies(cells, classifier, arm, n_shots).empty()) continue;
+        text += format("\n### %s, %s shots, %s\n\n", std::string(name(classifier)).c_str(), shots_text(n_shots).c_str(),
+                       std::string(name(arm)).c_str()) +
+                confusion_table(chips, cells, classifier, arm, n_shots);
+      }
+  return text;
+}
+
+Json study_json(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells) {
+  Json classes = Json::array(), list = Json::array(), differences = Json::array();
+  for (const ClassChips& c : chips)
+    classes.push_back({{"name", c.name}, {"training_chips", c.training.size()}, {"test_chips", c.test.size()}});
+  for (const Cell& cell : cells) list.push_back(cell_json(cell));
+  const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(); };
+  for (const Comparison& c : comparisons(o, cells))
+    differences.push_back({{"classifier", name(c.classifier)},
+                           {"arm", name(c.arm)},
+                           {"reference", name(c.reference)},
+                           {"shots", c.n_shots},
+                           {"draws", c.difference.n},
+                           {"points", c.difference.mean},
+                           {"low", number(c.difference.low)},
+                           {"high", number(c.difference.high)},
+                           {"p_holm", c.p_holm},
+                           {"smallest_detectable", number(c.difference.smallest_detectable)}});
+  return {{"format", "sarnerf-fewshot"},       {"version", 1},
+          {"program", std::string(kProgram) + " " + std::string(kVersion)},
+          {"processor", processor_name()},     {"threads", o.shared.n_threads},
+          {"request", request_of(o)},          {"classes", classes},
+          {"differences", differences},        {"cells", list}};
+}
+
+}  // namespace sarnerf::app

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "console.h"
+#include "process.h"
+#include "recipe_file.h"
+#include "sarnerf/core/parallel.h"
+#include "sarnerf/core/units.h"
+#include "sarnerf/dataset/posed_image.h"
+#include "sarnerf/evaluation/baseline.h"
+#include "sarnerf/recognise/classifier.h"
+#include "sarnerf/report/plot.h"
+
+namespace sarnerf::app {
+
+/// Name of this program in recipes.
+inline constexpr const char* kProgram = "sar_fewshot";
+
+/// What a classifier gets beside the shots.
+enum class Arm {
+  none,
+  turned,          ///< the nearest shot, turned on the level plane, within the gap between shots
+  turned_circle,   ///< every shot, turned through 360°
+  interpolated,    ///< the neighbouring shots, turned and averaged
+  learned,         ///< views of a field that was learned from the shots, with response and speckle
+  learned_turned,  ///< both: half of the generated chips of a batch each
+  measured,        ///< the measured chips at these azimuths: what generation could reach at most
+};
+std::string_view name(Arm arm);
+
+/// What is generated, and how. The same for all classes and draws.
+struct GenerationOptions {
+  double step_deg = 5.0;    ///< between generated views
+  double reach_deg = 15.0;  ///< largest distance of a generated view from a shot; never more than half the gap
+  Interpolation interpolation = Interpolation::rotated_linear;
+  std::string field = "surface";
+  std::int64_t field_steps = 300;
+  bool speckle = true;  ///< learned views get the speckle of the shots' clutter
+  Window window{Window::Kind::taylor};  ///< of the radar; looks and resolution are estimated
+};
+
+/// What the user asked for.
+struct Options {
+  std::filesystem::path chips, table;
+  double scale = 1.0;
+  std::optional<std::pair<double, double>> spacing_m;
+  double training_depression_deg = 17.0, test_depression_deg = 15.0;
+  std::vector<std::string> classes;  ///< empty: all
+
+  std::vector<int> shots{4, 8, 12};  ///< 0: all chips
+  int n_draws = 10;
+  std::vector<Arm> arms{Arm::none, Arm::turned, Arm::interpolated, Arm::learned, Arm::learned_turned};
+  std::vector<Classifier> classifiers{Classifier::a_convnet, Classifier::nearest_neighbour, Classifier::background};
+  bool validate = false;  ///< the test chips are sectors of 30° of the training depression
+
+  ClassifierOptions training;
+  GenerationOptions generation;
+
+  std::filesystem::path output;
+  bool overwrite = false, dry_run = false;
+  SharedOptions shared;
+};
+
+/// Empty when help or the version was asked for and has been printed. Throws UsageError, and InputError for a bad
+/// configuration file.
+std::optional<Options> parse_options(int argc, char** argv);
+
+/// The chips of a class, sorted by azimuth. Their aim is the origin.
+struct ClassChips {
+  std::string name;
+  std::vector<PosedImage> training, test;
+};
+
+inline double azimuth_deg(const PosedImage& chip) { return deg_from_rad(chip.acquisition.azimuth_rad); }
+
+/// Reads the chips of both depressions, all of one size. Throws InputError if a class has none, or fewer than the most shots.
+std::vector<ClassChips> read_chips(const Options& options, Console& console, const Monitor& monitor);
+
+/// The shots of one draw: for each class, indices of its training chips, and of its test chips.
+struct Draw {
+  int n_shots = 0, number = 0;
+  std::vector<std::vector<std::size_t>> shots;  ///< [class]
+  std::vector<std::vector<std::size_t>> test;   ///< [class]: of `test`, or of `training` in a validation
+};
+
+/// Shots at equal steps of azimuth from a random start for each class; the nearest chip to each step. In a validation, chips of
+/// every fourth sector of 30°, beginning with the draw's number, are the test, and all shots lie in the other sectors.
+Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, bool validate);
+
+/// Chips of an arm beside the draw's shots; none for Arm::none.
+LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
+                              const std::filesystem::path& cache, const Monitor& monitor);
+
+/// What the fields of a draw share.
+struct FieldContext {
+  std::uint64_t seed = 1;
+  double ground_height_m = 0.0;  ///< above the aim point
+};
+
+/// The height of the ground is estimated from the shots of all classes together; where they do not show it, the plane goes through the
+/// aim point.
+FieldContext field_context(const std::vector<ClassChips>& chips, const Draw& draw);
+
+/// The views of an arm from the shots of one class, without Arm::learned_turned.
+std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<const PosedImage> shots, const Options& options,
+                                 const FieldContext& context, const Monitor& monitor);
+
+/// The shots of one class.
+std::vector<PosedImage> shots_of(const ClassChips& chips, const std::vector<std::size_t>& which);
+
+/// For the eye, in decibels on one scale: measured chips, and below them the arms' views at the same azimuths.
+Image<std::uint8_t> arms_picture(const ClassChips& chips, std::span<const PosedImage> shots, const Options& options,
+                                 const FieldContext& context, const Monitor& monitor);
+
+/// Side of the chips that classifiers get (pixels): the largest crop, and room for shifts.
+inline constexpr int kStoredSide = 88 + 2 * 8;
+
+/// Chips as a tensor, the central kStoredSide × kStoredSide pixels.
+LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const std::int64_t> labels);
+
+/// One trained classifier and its answers on the test chips.
+struct Cell {
+  Classifier classifier = Classifier::a_convnet;
+  Arm arm = Arm::none;
+  int n_shots = 0, draw = 0;
+  std::vector<std::vector<int>> confusion;  ///< [true class][answer]
+  double seconds = 0.0;
+
+  int n_test() const;
+  int n_correct() const;
+  double accuracy() const { return n_test() > 0 ? static_cast<double>(n_correct()) / n_test() : 0.0; }
+};
+
+/// Makes all cells that are not in the folder yet, and writes each as it ends. Throws Interrupted.
+std::vector<Cell> run_study(const Options& options, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor);
+
+/// A cell as it is kept.
+Json cell_json(const Cell& cell);
+
+/// What the cells and the generated chips of a folder depend on; not which of them are asked for.
+Json request_of(const Options& options);
+
+/// Title, tables of accuracy and of differences, in Markdown.
+std::string study_text(const Options& options, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells);
+
+/// Tables of answers by class, in Markdown.
+std::string confusion_text(const Options& options, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells);
+
+/// Accuracy against shots; nothing where all chips are shots.
+std::optional<Plot> accuracy_plot(const Options& options, const std::vector<Cell>& cells, Classifier classifier);
+
+Json study_json(const Options& options, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells);
+
+}  // namespace sarnerf::app

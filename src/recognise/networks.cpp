@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "networks.h"
+
+namespace sarnerf {
+
+namespace nn = torch::nn;
+
+torch::nn::Sequential a_convnet(int n_classes) {
+  nn::Sequential net;
+  const auto add = [&](int from, int to, int side) {
+    net->push_back(nn::Conv2d(nn::Conv2dOptions(from, to, side)));
+    net->push_back(nn::BatchNorm2d(to));
+    net->push_back(nn::ReLU());
+  };
+  add(1, 16, 5);  // 88 → 84 → 42
+  net->push_back(nn::MaxPool2d(2));
+  add(16, 32, 5);  // → 38 → 19
+  net->push_back(nn::MaxPool2d(2));
+  add(32, 64, 6);  // → 14 → 7
+  net->push_back(nn::MaxPool2d(2));
+  net->push_back(nn::Dropout(0.5));
+  add(64, 128, 5);                                                     // → 3
+  net->push_back(nn::Conv2d(nn::Conv2dOptions(128, n_classes, 3)));   // → 1
+  net->push_back(nn::Flatten());
+  return net;
+}
+
+namespace {
+
+nn::Conv2d convolution(int from, int to, int side, int stride) {
+  nn::Conv2d layer(nn::Conv2dOptions(from, to, side).stride(stride).padding(side / 2).bias(false));
+  nn::init::kaiming_normal_(layer->weight, 0.0, torch::kFanOut, torch::kReLU);
+  return layer;
+}
+
+/// Reduces channels by 1 × 1, convolves by 3 × 3, and expands them fourfold by 1 × 1, beside the identity.
+struct BottleneckImpl : nn::Module {
+  static constexpr int kExpansion = 4;
+
+  BottleneckImpl(int from, int width, int stride)
+      : body(register_module("body", nn::Sequential(convolution(from, width, 1, 1), nn::BatchNorm2d(width), nn::ReLU(),
+                                                    convolution(width, width, 3, stride), nn::BatchNorm2d(width), nn::ReLU(),
+                                                    convolution(width, kExpansion * width, 1, 1),
+                                                    nn::BatchNorm2d(kExpansion * width)))) {
+    if (stride != 1 || from != kExpansion * width)
+      shortcut = register_module("shortcut", nn::Sequential(convolution(from, kExpansion * width, 1, stride),
+                                                            nn::BatchNorm2d(kExpansion * width)));
+  }
+
+  torch::Tensor forward(const torch::Tensor& x) {
+    return torch::relu(body->forward(x) + (shortcut ? shortcut->forward(x) : x));
+  }
+
+  nn::Sequential body, shortcut{nullptr};
+};
+TORCH_MODULE(Bottleneck);
+
+}  // namespace
+
+torch::nn::Sequential resnet50(int n_classes) {
+  nn::Sequential net(convolution(1, 64, 7, 2), nn::BatchNorm2d(64), nn::ReLU(),
+                     nn::MaxPool2d(nn::MaxPool2dOptions(3).stride(2).padding(1)));
+  int from = 64;
+  for (const auto& [width, n_blocks] : {std::pair(64, 3), std::pair(128, 4), std::pair(256, 6), std::pair(512, 3)})
+    for (int block = 0; block < n_blocks; ++block) {
+      net->push_back(Bottleneck(from, width, block == 0 && width > 64 ? 2 : 1));
+      from = BottleneckImpl::kExpansion * width;
+    }
+  net->push_back(nn::AdaptiveAvgPool2d(1));
+  net->push_back(nn::Flatten());
+  net->push_back(nn::Linear(from, n_classes));
+  return net;
+}
+
+}  // namespace sarnerf

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// sar_fewshot on simulated chips of three classes.
+#include <map>
+
+#include <nlohmann/json.hpp>
+
+#include "catch.h"
+#include "programs.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+/// Chips of three solids at two depressions, one-look speckle over grass.
+class ThreeClasses : public ScratchFolder {
+ public:
+  ThreeClasses() {
+    for (const std::string name : {"cuboid", "platform_upright", "l_building"})
+      for (const std::string depression : {"17", "15"}) {
+        const Outcome o = run_program(SAR_RENDER,
+                                      {DATA_FOLDER "/" + name + ".obj", "--scale", "0.4", "--depression", depression, "--azimuth",
+                                       depression == "17" ? "0:345:15" : "7:345:30", "--size", "112x112", "--spacing", "0.2",
+                                       "--slant-range", "4500", "--ground", "grass", "--looks", "1", "--resolution", "0.3", "--window",
+                                       "taylor:-35", "--seed", depression, "-q", "-o", "chips/" + name + "/" + depression},
+                                      path());
+        INFO(o.err);
+        REQUIRE(o.code == 0);
+      }
+  }
+
+  /// A small study, with some options changed.
+  Outcome run(const std::map<std::string, std::string>& changed, const Signal& signal = {}) const {
+    std::map<std::string, std::string> options{
+        {"--shots", "4"},   {"--draws", "2"},       {"--steps", "10"},  {"--batch", "8"}, {"--arms", "none,turned,learned"},
+        {"--field", "grid"}, {"--field-steps", "10"}, {"--output", "study"}, {"--classifiers", "a-convnet,nearest,background"}};
+    for (const auto& [name, value] : changed) options[name] = value;
+    std::vector<std::string> all{"chips"};
+    for (const auto& [name, value] : options) all.insert(all.end(), {name, value});
+    return run_program(SAR_FEWSHOT, all, path(), signal);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a study of simulated chips has its tables, pictures and cells, continues, and refuses other options", "[fewshot]") {
+  const ThreeClasses chips;
+  // Stopped in the middle, it keeps what was finished.
+  const Outcome stopped = chips.run({}, [&](double) { return fs::exists(chips / "study/cells/nearest_turned_04_00.json") ? 2 : 0; });
+  CHECK(stopped.code == 130);
+  CHECK(stopped.is_error("the same command continues"));
+  const auto first = fs::last_write_time(chips / "study/cells/a-convnet_none_04_00.json");
+
+  const Outcome done = chips.run({});
+  INFO(done.err);
+  REQUIRE(done.code == 0);
+  CHECK(fs::last_write_time(chips / "study/cells/a-convnet_none_04_00.json") == first);
+  for (const char* file : {"report.md", "report.html", "a-convnet.png", "pictures/cuboid.png", "generated/04_01.pt"})
+    CHECK(fs::exists(chips / "study" / file));
+  CHECK(done.out.find("learned − turned") != std::string::npos);
+  CHECK(done.out.find("four corners") != std::string::npos);
+
+  const Json report = Json::parse(read_text(chips / "study/report.json"));
+  CHECK(report.at("classes").size() == 3);
+  // Three arms of two classifiers, and the background, of two draws.
+  CHECK(report.at("cells").size() == 14);
+  double nearest = 0.0;
+  for (const Json& cell : report.at("cells")) {
+    int n = 0;
+    for (const Json& row : cell.at("confusion"))
+      for (const int count : row) n += count;
+    CHECK(n == 36);
+    if (cell.at("classifier") == "nearest") nearest += cell.at("accuracy").get<double>() / 6.0;
+  }
+  CHECK(nearest > 0.6);  // chance is 0.33
+
+  const Outcome again = chips.run({});
+  CHECK(again.code == 0);
+  CHECK(again.out == done.out);
+  CHECK(chips.run({{"--rate", "0.001"}}).code == 2);
+  CHECK(chips.run({{"--arms", "none,lerned"}}).is_error("learned?"));
+  CHECK(chips.run({{"--classes", "cuboid,tank"}, {"--output", "other"}}).is_error("tank"));
+  CHECK(chips.run({{"--shots", "40"}, {"--output", "other"}}).is_error("expected 40 chips or more at 17 deg"));
+  CHECK(chips.run({{"--train-depression", "40"}, {"--test-depression", "45"}, {"--output", "other"}}).code == 3);
+  CHECK(!fs::exists(chips / "other"));
+}

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/formation/clutter.h"
+
+#include <vector>
+
+#include "catch.h"
+#include "geometry/acquisitions.h"
+
+using namespace sarnerf;
+using sarnerf::test::view_of;
+
+namespace {
+
+ImageFormation radar(double looks, double azimuth_m, double range_m, std::uint64_t seed) {
+  ImageFormation f;
+  f.resolution_m = {azimuth_m, range_m};
+  f.window = window_from_text("taylor:-35,4");
+  f.looks = looks;
+  f.seed = seed;
+  return f;
+}
+
+/// Images of uniform clutter with a bright target, of different gains.
+std::vector<Image<float>> measured(double looks, double azimuth_m, double range_m, int count) {
+  std::vector<Image<float>> images;
+  for (int n = 0; n < count; ++n) {
+    Image<float> image(128, 128, 1.0f);
+    for (int i = 50; i < 70; ++i)
+      for (int j = 55; j < 75; ++j) image(i, j) = 300.0f;
+    form_image(image, radar(looks, azimuth_m, range_m, static_cast<std::uint64_t>(n)), view_of(73.0, 1000.0, 128, 128, 0.2), 0.0);
+    for (float& p : image.pixels()) p *= static_cast<float>(0.01 + n);
+    images.push_back(std::move(image));
+  }
+  return images;
+}
+
+}  // namespace
+
+TEST_CASE("looks and resolution come back from the clutter around a target", "[clutter]") {
+  for (const double looks : {1.0, 4.0}) {
+    const auto statistics = clutter_statistics(measured(looks, 0.3, 0.45, 8));
+    REQUIRE(statistics);
+    CHECK(statistics->looks == Approx(looks).epsilon(0.06));
+    const auto resolution = fitted_resolution(*statistics, window_from_text("taylor:-35,4"), 0.2, 0.2);
+    REQUIRE(resolution);
+    CHECK(resolution->azimuth_m == Approx(0.3).epsilon(0.05));
+    CHECK(resolution->range_m == Approx(0.45).epsilon(0.05));
+  }
+}
+
+TEST_CASE("speckle put on a mean is that of a measured image", "[clutter]") {
+  std::vector<Image<float>> images;
+  for (std::uint64_t n = 0; n < 8; ++n) {
+    images.emplace_back(128, 128, 3.0f);
+    multiply_by_speckle(images.back(), radar(1.0, 0.3, 0.45, 100 + n), view_of(73.0, 1000.0, 128, 128, 0.2));
+  }
+  const auto put = clutter_statistics(images), real = clutter_statistics(measured(1.0, 0.3, 0.45, 8));
+  REQUIRE((put && real));
+  CHECK(put->looks == Approx(real->looks).epsilon(0.06));
+  for (std::size_t lag = 0; lag < ClutterStatistics::kLags; ++lag) {
+    CHECK(put->azimuth[lag] == Approx(real->azimuth[lag]).margin(0.02));
+    CHECK(put->range[lag] == Approx(real->range[lag]).margin(0.02));
+  }
+  // The mean stays, up to the border.
+  double sum = 0.0;
+  for (const Image<float>& image : images)
+    for (int j = 0; j < 128; ++j) sum += double{image(0, j)} + double{image(127, j)};
+  CHECK(sum / (8 * 256) == Approx(3.0).epsilon(0.1));
+}
+
+TEST_CASE("clutter of independent pixels has no resolution, and black images no clutter", "[clutter]") {
+  std::vector<Image<float>> images;
+  for (std::uint64_t n = 0; n < 8; ++n) {
+    images.emplace_back(128, 128, 1.0f);
+    ImageFormation f;
+    f.looks = 1.0;
+    f.seed = n;
+    multiply_by_speckle(images.back(), f, view_of(45.0, 1000.0, 128, 128, 0.2));
+  }
+  const auto statistics = clutter_statistics(images);
+  REQUIRE(statistics);
+  CHECK(statistics->azimuth[0] == Approx(0.0).margin(0.02));
+  CHECK(!fitted_resolution(*statistics, window_from_text("taylor:-35,4"), 0.2, 0.2));
+  CHECK(!clutter_statistics(std::vector{Image<float>(64, 64, 0.0f)}));
+}

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sarnerf/recognise/classifier.h"
+
+#include <stdexcept>
+
+#include <torch/torch.h>
+
+#include "networks.h"
+
+#undef CHECK
+#include "catch.h"
+
+using namespace sarnerf;
+
+namespace {
+
+constexpr int kSide = 104;
+
+/// Chips of three classes in one-look speckle: a bar along the rows, one along the columns, and a square. Their gains differ a lot.
+LabelledChips shapes(int n_each, std::uint64_t seed) {
+  torch::manual_seed(seed);
+  LabelledChips chips{torch::ones({3 * n_each, kSide, kSide}), torch::arange(3 * n_each, torch::kInt64).remainder(3)};
+  for (std::int64_t n = 0; n < chips.size(); ++n) {
+    const std::int64_t c = n % 3;
+    torch::Tensor chip = chips.amplitude[n];
+    const std::int64_t rows = c == 0 ? 36 : c == 1 ? 6 : 15, columns = c == 0 ? 6 : c == 1 ? 36 : 15;
+    chip.narrow(0, (kSide - rows) / 2, rows).narrow(1, (kSide - columns) / 2, columns).fill_(10.0f);
+    chip.mul_((-torch::rand_like(chip).clamp_min(1e-6).log()).sqrt() * (0.1 + 10.0 * torch::rand({1}).item<double>()));
+  }
+  return chips;
+}
+
+double accuracy(const torch::Tensor& scores, const torch::Tensor& label) {
+  return scores.argmax(1).eq(label).to(torch::kFloat64).mean().item<double>();
+}
+
+std::int64_t n_parameters(torch::nn::Sequential net) {
+  std::int64_t n = 0;
+  for (const torch::Tensor& parameter : net->parameters()) n += parameter.numel();
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("the networks have the layers of their papers", "[recognise]") {
+  // 303,498, and two for each of the 240 channels that are normalised.
+  CHECK(n_parameters(a_convnet(10)) == 303'498 + 2 * 240);
+  // 25,557,032 for three channels and 1000 classes; two channels of 64 × 7 × 7 and 990 classes of 2049 less.
+  CHECK(n_parameters(resnet50(10)) == 25'557'032 - 2 * 64 * 49 - 990 * 2049);
+  const torch::NoGradGuard guard;
+  CHECK(a_convnet(7)->forward(torch::rand({2, 1, 88, 88})).sizes() == torch::IntArrayRef({2, 7}));
+  CHECK(resnet50(7)->forward(torch::rand({2, 1, 64, 64})).sizes() == torch::IntArrayRef({2, 7}));
+}
+
+TEST_CASE("normalised crops do not depend on a chip's gain", "[recognise]") {
+  const torch::Tensor chips = shapes(2, 1).amplitude;
+  const torch::Tensor crops = normalised_crops(chips, 88, 3, -8);
+  CHECK(crops.sizes() == torch::IntArrayRef({6, 88, 88}));
+  CHECK(crops.mean({1, 2}).abs().max().item<double>() < 1e-5);
+  CHECK((crops.square().mean({1, 2}) - 1.0).abs().max().item<double>() < 1e-4);
+  CHECK((normalised_crops(chips * 1e-3, 88, 3, -8) - crops).abs().max().item<double>() < 1e-3);
+  CHECK(normalised_crops(torch::zeros({1, 88, 88}), 88).abs().max().item<double>() == 0.0);
+  // A crop that is moved by three rows is that of the chip without its first six.
+  CHECK(torch::equal(normalised_crops(chips, 88, 3, 0), normalised_crops(chips.narrow(1, 6, kSide - 6), 88)));
+  CHECK_THROWS_AS(normalised_crops(chips, 88, 9, 0), std::invalid_argument);
+}
+
+TEST_CASE("classifiers learn shapes in speckle, whatever the gain", "[recognise]") {
+  const TrainingChips training{shapes(6, 2), {}};
+  const LabelledChips test = shapes(20, 3);
+  ClassifierOptions o;
+  o.n_steps = 40;
+  o.batch = 16;
+  int n_reports = 0;
+  const torch::Tensor scores =
+      classify(Classifier::a_convnet, training, test.amplitude, 3, o, [&](int, int total) { n_reports += total == 40; });
+  CHECK(n_reports == 40);
+  CHECK(accuracy(scores, test.label) > 0.9);
+  CHECK((scores.exp().sum(1) - 1.0).abs().max().item<double>() < 1e-4);
+  CHECK(accuracy(classify(Classifier::nearest_neighbour, training, test.amplitude, 3, o), test.label) > 0.9);
+  SECTION("the same seed gives the same scores, another seed others") {
+    CHECK(torch::equal(classify(Classifier::a_convnet, training, test.amplitude, 3, o), scores));
+    o.seed = 2;
+    CHECK(!torch::equal(classify(Classifier::a_convnet, training, test.amplitude, 3, o), scores));
+  }
+}
+
+TEST_CASE("generated chips are learned from: here the shots of one class are missing", "[recognise]") {
+  const LabelledChips all = shapes(12, 4), test = shapes(20, 5);
+  TrainingChips training;
+  const torch::Tensor first = torch::nonzero(all.label < 2).flatten(), rest = torch::nonzero(all.label == 2).flatten();
+  training.shots = {all.amplitude.index_select(0, first), all.label.index_select(0, first)};
+  training.generated = {all.amplitude.index_select(0, rest), all.label.index_select(0, rest)};
+  ClassifierOptions o;
+  o.n_steps = 40;
+  o.batch = 16;
+  CHECK(accuracy(classify(Classifier::a_convnet, training, test.amplitude, 3, o), test.label) > 0.9);
+  o.shot_fraction = 1.0;
+  CHECK(accuracy(classify(Classifier::a_convnet, training, test.amplitude, 3, o), test.label) < 0.7);
+}
+
+TEST_CASE("the background tells classes apart only if their clutter differs", "[recognise]") {
+  const LabelledChips training = shapes(40, 6), test = shapes(40, 7);
+  const ClassifierOptions o;
+  CHECK(accuracy(classify(Classifier::background, {training, {}}, test.amplitude, 3, o), test.label) < 0.5);
+  const auto with_smooth_clutter = [](LabelledChips chips) {
+    for (std::int64_t n = 0; n < chips.size(); n += 3) chips.amplitude[n].narrow(0, 0, 40).fill_(chips.amplitude[n].mean().item<float>());
+    return chips;
+  };
+  const torch::Tensor scores = classify(Classifier::background, {with_smooth_clutter(training), {}},
+                                        with_smooth_clutter(test).amplitude, 3, o);
+  CHECK(scores.argmax(1).eq(0).eq(test.label.eq(0)).to(torch::kFloat64).mean().item<double>() > 0.95);
+}
+
+TEST_CASE("chips that are too small, and labels without a class, are refused", "[recognise]") {
+  const LabelledChips chips = shapes(2, 8);
+  const ClassifierOptions o;
+  CHECK_THROWS_AS(classify(Classifier::a_convnet, {chips, {}}, chips.amplitude, 2, o), std::invalid_argument);
+  CHECK_THROWS_AS(classify(Classifier::a_convnet, {{chips.amplitude.narrow(1, 0, 90), chips.label}, {}}, chips.amplitude, 3, o),
+                  std::invalid_argument);
+}
