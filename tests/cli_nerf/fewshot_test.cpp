@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_fewshot on simulated chips of three classes.
+#include <csignal>
 #include <map>
 
 #include <nlohmann/json.hpp>
@@ -46,7 +47,13 @@ class ThreeClasses : public ScratchFolder {
 TEST_CASE("a study of simulated chips has its tables, pictures and cells, continues, and refuses other options", "[fewshot]") {
   const ThreeClasses chips;
   // Stopped in the middle, it keeps what was finished.
-  const Outcome stopped = chips.run({}, [&](double) { return fs::exists(chips / "study/cells/nearest_turned_04_00.json") ? 2 : 0; });
+  bool sent = false;
+  const Outcome stopped = chips.run({}, [&](double) {
+    if (sent || !fs::exists(chips / "study/cells/nearest_turned_04_00.json")) return 0;
+    sent = true;  // a second signal would end it at once
+    return SIGINT;
+  });
+  INFO(stopped.err);
   CHECK(stopped.code == 130);
   CHECK(stopped.is_error("the same command continues"));
   const auto first = fs::last_write_time(chips / "study/cells/a-convnet_none_04_00.json");
