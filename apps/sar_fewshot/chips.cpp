@@ -120,9 +120,12 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
                               o.test_depression_deg, chips.training.size(), chips.test.size()));
     result.push_back(std::move(chips));
   }
+  if (o.most_classes > 0 && result.size() > o.most_classes) result.resize(o.most_classes);
   if (result.size() < 2)
     throw InputError(o.chips.string() + ": expected chips of two classes or more, found those of " + result.front().name + " alone");
-  console.note(counted(found.size(), "chip") + " of " + counted(result.size(), "class", "classes"));
+  std::size_t n_chips = 0;
+  for (const ClassChips& c : result) n_chips += c.training.size() + c.test.size();
+  console.note(counted(n_chips, "chip") + " of " + counted(result.size(), "class", "classes"));
   return result;
 }
 
@@ -143,6 +146,9 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, b
     std::vector<std::size_t> shots;
     const double start_deg = std::uniform_real_distribution(0.0, 360.0)(random);
     if (n_shots == 0) shots = usable;
+    if (usable.size() < static_cast<std::size_t>(n_shots))
+      throw UsageError(format("class %s: expected %d shots outside the sectors that are tested, found %zu chips; ask for fewer (--shots)",
+                              c.name.c_str(), n_shots, usable.size()));
     for (int k = 0; k < n_shots; ++k) {
       const double wanted_deg = start_deg + 360.0 * k / n_shots;
       std::erase_if(usable, [&](std::size_t n) { return std::ranges::find(shots, n) != shots.end(); });

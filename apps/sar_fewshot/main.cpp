@@ -83,9 +83,18 @@ void run(const Options& options, Console& console) {
   const Monitor monitor{[&](std::string_view stage, std::uint64_t done, std::uint64_t total) { console.progress(stage, done, total); },
                         &stop_requested()};
   const std::vector<ClassChips> chips = read_chips(options, console, monitor);
+  if (options.dry_run) {
+    print_result(plan_text(options, chips));
+    return;
+  }
   take_place(options);
   const FolderLock lock(options.output);
   try {
+    if (!options.chips_folder.empty()) {
+      const std::size_t n = export_chips(options, chips, monitor);
+      print_result(options.chips_folder.string() + ": " + counted(n, "chip") + "\n");
+      return;
+    }
     const std::vector<Cell> cells = run_study(options, chips, console, monitor);
     write_pictures(options, chips, monitor);
     print_result(write_report(options, chips, cells));

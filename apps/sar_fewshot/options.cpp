@@ -77,7 +77,7 @@ std::filesystem::path folder_of_chips(const std::string& text) {
   return without_slash(text);
 }
 
-void add_options(CommandLine& command, Options& o) {
+void add_options(CommandLine& command, Options& o, bool& quick) {
   command.then([&] { o.shared = command.shared_options(); });
   command.add("FOLDER", o.chips, made_by("FOLDER", folder_of_chips), "Folder with datasets of chips, or with images of a table, at any depth");
   command.require("FOLDER");
@@ -99,8 +99,19 @@ void add_options(CommandLine& command, Options& o) {
   command.add("--classifiers", o.classifiers,
               some_of<Classifier>({Classifier::a_convnet, Classifier::resnet50, Classifier::nearest_neighbour, Classifier::background}),
               "Who learns");
+  command.add_flag("--quick", quick, "Four classes, 12 shots, one draw, three arms, short trainings: about five minutes, to see what there is");
   command.add_flag("--validate", o.validate,
                    "Test on sectors of 30 deg of the training depression, away from the shots: to choose options by");
+
+  command.then([&] {
+    if (!quick) return;
+    if (!command.given("--classes")) o.most_classes = 4;
+    if (!command.given("--shots")) o.shots = {12};
+    if (!command.given("--draws")) o.n_draws = 1;
+    if (!command.given("--arms")) o.arms = {Arm::none, Arm::turned, Arm::learned};
+    o.training.n_steps = 200;
+    o.generation.field_steps = 100;
+  });
 
   command.begin_group("Classifiers");
   command.add("--steps", o.training.n_steps, whole("N", 1, 1'000'000), "Steps of a training");
@@ -113,7 +124,7 @@ void add_options(CommandLine& command, Options& o) {
   command.begin_group("Generated chips");
   command.add("--step", o.generation.step_deg, between("DEG", 0.1, 90.0), "Between generated chips");
   command.add("--reach", o.generation.reach_deg, between("DEG", 0.1, 180.0), "Largest distance from a shot; half the gap at most");
-  command.add("--field", o.generation.field, text("NAME"), "Field that is learned from the shots: surface or grid");
+  command.add("--field", o.generation.field, one_of<std::string>({{"grid", "grid"}, {"surface", "surface"}}), "Field that is learned from the shots: grid or surface (five times as long)");
   command.add("--field-steps", o.generation.field_steps, whole("N", 1, 1'000'000), "Steps of its training");
   command.add("--speckle", o.generation.speckle, one_of<bool>({{"on", true}, {"off", false}}), "Learned views get the speckle of the shots' clutter");
   command.add("--window", o.generation.window, made_by("NAME", [](const std::string& name) { return window_from_text(name); }, "taylor:-35,4"),
@@ -121,6 +132,8 @@ void add_options(CommandLine& command, Options& o) {
 
   command.begin_group("Output");
   command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder of the study; default FOLDER_fewshot");
+  command.add("--export", o.chips_folder, made_by("FOLDER", without_slash),
+              "Write the chips of all draws and arms there, for your own classifiers, and learn nothing");
   command.add_flag("--dry-run", o.dry_run, "Print the plan and stop");
   command.add_shared_options();
 }
@@ -130,7 +143,8 @@ void add_options(CommandLine& command, Options& o) {
 std::optional<Options> parse_options(int argc, char** argv) {
   CommandLine command("sar_fewshot", kDescription, kFooter);
   Options options;
-  add_options(command, options);
+  bool quick = false;
+  add_options(command, options, quick);
   if (!command.parse(argc, argv)) return std::nullopt;
   if (options.output.empty()) options.output = full_path(options.chips).filename().string() + "_fewshot";
   return options;

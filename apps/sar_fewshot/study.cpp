@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "study.h"
 
+#include <algorithm>
+#include <optional>
+#include <utility>
+
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
+#include "sarnerf/dataset/image_file.h"
 #include "torch_setup.h"
 
 namespace sarnerf::app {
@@ -30,7 +35,7 @@ Json cell_json(const Cell& cell) {
 Json request_of(const Options& o) {
   const GenerationOptions& g = o.generation;
   const ClassifierOptions& c = o.training;
-  return {{"chips", {{"classes", o.classes.empty() ? Json("all") : Json(o.classes)},
+  return {{"chips", {{"classes", !o.classes.empty() ? Json(o.classes) : o.most_classes > 0 ? Json(o.most_classes) : Json("all")},
                      {"table", o.table.filename().string()},
                      {"scale", o.scale},
                      {"training_depression_deg", o.training_depression_deg},
@@ -73,15 +78,69 @@ std::vector<std::vector<int>> confusion_of(const torch::Tensor& scores, const to
 
 }  // namespace
 
+std::size_t export_chips(const Options& o, const std::vector<ClassChips>& chips, const Monitor& monitor) {
+  const auto cache = o.output / "generated";
+  make_folder(cache);
+  std::size_t n_files = 0, n_done = 0;
+  const std::size_t n_sets = o.shots.size() * static_cast<std::size_t>(o.n_draws) * o.arms.size();
+  for (const int n_shots : o.shots)
+    for (int number = 0; number < o.n_draws; ++number) {
+      const Draw draw = draw_shots(chips, n_shots, number, o.validate);
+      const LabelledChips shots = chips_of(chips, draw.shots, false);
+      for (const Arm arm : o.arms) {
+        monitor.check();
+        const auto folder = o.chips_folder / format("%02d_%02d", n_shots, number) / std::string(name(arm));
+        for (const auto& [prefix, set] : {std::pair("shot", shots), std::pair("generated", generated_chips(arm, chips, draw, o, cache, monitor))}) {
+          std::vector<int> n_of_class(chips.size(), 0);
+          for (std::int64_t n = 0; n < set.size(); ++n) {
+            const auto c = static_cast<std::size_t>(set.label[n].item<std::int64_t>());
+            make_folder(folder / chips[c].name);
+            Image<float> image(kStoredSide, kStoredSide);
+            std::copy_n(set.amplitude[n].contiguous().data_ptr<float>(), image.pixels().size(), image.pixels().begin());
+            AtomicFiles files;
+            files.add(folder / chips[c].name / format("%s_%03d.tif", prefix, n_of_class[c]++), encode_tiff(image));
+            files.commit();
+            ++n_files;
+          }
+        }
+        monitor.report("sets of chips", ++n_done, n_sets);
+      }
+    }
+  return n_files;
+}
+
+namespace {
+
+std::size_t number_of_cells(const Options& o) {
+  std::size_t n = 0;
+  for (const Classifier classifier : o.classifiers)
+    for (const Arm arm : o.arms) n += is_asked(classifier, arm);
+  return n * o.shots.size() * static_cast<std::size_t>(o.n_draws);
+}
+
+}  // namespace
+
+std::string plan_text(const Options& o, const std::vector<ClassChips>& chips) {
+  std::string text = "plan\n";
+  for (const ClassChips& c : chips)
+    text += format("  %-16s %4zu chips at %g deg, %4zu at %g deg\n", c.name.c_str(), c.training.size(), o.training_depression_deg,
+                   c.test.size(), o.test_depression_deg);
+  const bool learned = std::ranges::any_of(o.arms, [](Arm arm) { return arm == Arm::learned || arm == Arm::learned_turned; });
+  text += format("  cells            %zu: classifiers, arms, shots and %d draws\n", number_of_cells(o), o.n_draws);
+  if (learned)
+    text += format("  fields           %zu of %lld steps, %s\n", chips.size() * o.shots.size() * static_cast<std::size_t>(o.n_draws),
+                   static_cast<long long>(o.generation.field_steps), o.generation.field.c_str());
+  return text + format("  tested on        %s\n  output           %s/\n",
+                       o.validate ? "sectors of the training depression that hold no shots" : "all chips of the test depression",
+                       o.output.c_str());
+}
+
 std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor) {
   const auto cells_folder = o.output / "cells", cache = o.output / "generated";
   make_folder(cells_folder);
   make_folder(cache);
   std::vector<Cell> cells;
-  std::size_t n_cells = 0;
-  for (const Classifier classifier : o.classifiers)
-    for (const Arm arm : o.arms) n_cells += is_asked(classifier, arm);
-  n_cells *= o.shots.size() * static_cast<std::size_t>(o.n_draws);
+  const std::size_t n_cells = number_of_cells(o);
   const int n_classes = static_cast<int>(chips.size());
   for (const int n_shots : o.shots)
     for (int number = 0; number < o.n_draws; ++number) {

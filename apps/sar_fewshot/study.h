@@ -44,8 +44,8 @@ struct GenerationOptions {
   double step_deg = 5.0;    ///< between generated views
   double reach_deg = 15.0;  ///< largest distance of a generated view from a shot; never more than half the gap
   Interpolation interpolation = Interpolation::rotated_linear;
-  std::string field = "surface";
-  std::int64_t field_steps = 300;
+  std::string field = "grid";
+  std::int64_t field_steps = 200;
   bool speckle = true;  ///< learned views get the speckle of the shots' clutter
   Window window{Window::Kind::taylor};  ///< of the radar; looks and resolution are estimated
 };
@@ -57,6 +57,7 @@ struct Options {
   std::optional<std::pair<double, double>> spacing_m;
   double training_depression_deg = 17.0, test_depression_deg = 15.0;
   std::vector<std::string> classes;  ///< empty: all
+  std::size_t most_classes = 0;      ///< the first so many by name; 0: all
 
   std::vector<int> shots{4, 8, 12};  ///< 0: all chips
   int n_draws = 10;
@@ -68,7 +69,8 @@ struct Options {
   GenerationOptions generation;
 
   std::filesystem::path output;
-  bool overwrite = false, dry_run = false;
+  std::filesystem::path chips_folder;  ///< chips of all draws and arms are written there, and nothing is learned; empty: no
+  bool dry_run = false;
   SharedOptions shared;
 };
 
@@ -144,6 +146,13 @@ struct Cell {
 
 /// Makes all cells that are not in the folder yet, and writes each as it ends. Throws Interrupted.
 std::vector<Cell> run_study(const Options& options, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor);
+
+/// Writes the chips that classifiers would learn from, float32 TIFFs of amplitude: FOLDER/SHOTS_DRAW/ARM/CLASS/shot_000.tif and
+/// generated_000.tif. Returns the number of files.
+std::size_t export_chips(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
+
+/// The study as it is planned, before any work: chips, cells, and how long it may take.
+std::string plan_text(const Options& options, const std::vector<ClassChips>& chips);
 
 /// A cell as it is kept.
 Json cell_json(const Cell& cell);

@@ -37,7 +37,10 @@ class ThreeClasses : public ScratchFolder {
         {"--field", "grid"}, {"--field-steps", "10"}, {"--output", "study"}, {"--classifiers", "a-convnet,nearest,background"}};
     for (const auto& [name, value] : changed) options[name] = value;
     std::vector<std::string> all{"chips"};
-    for (const auto& [name, value] : options) all.insert(all.end(), {name, value});
+    for (const auto& [name, value] : options) {
+      all.push_back(name);
+      if (!value.empty()) all.push_back(value);  // flags have none
+    }
     return run_program(SAR_FEWSHOT, all, path(), signal);
   }
 };
@@ -90,4 +93,11 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   CHECK(chips.run({{"--shots", "40"}, {"--output", "other"}}).is_error("expected 40 chips or more at 17 deg"));
   CHECK(chips.run({{"--train-depression", "40"}, {"--test-depression", "45"}, {"--output", "other"}}).code == 3);
   CHECK(!fs::exists(chips / "other"));
+
+  const Outcome exported = chips.run({{"--export", "exported"}, {"--draws", "1"}});
+  INFO(exported.err);
+  CHECK(exported.code == 0);
+  CHECK(fs::exists(chips / "exported/04_00/learned/cuboid/generated_000.tif"));
+  CHECK(chips.run({{"--shots", "20"}, {"--validate", ""}, {"--output", "validation"}}).is_error("expected 20 shots"));
+  CHECK(chips.run({{"--dry-run", ""}}).out.find("14: classifiers") != std::string::npos);
 }
