@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <iterator>
 #include <optional>
+#include <sstream>
 
 #include <toml++/toml.h>
 
@@ -326,6 +327,13 @@ Kind<std::int64_t> whole(std::string type, std::int64_t least, std::int64_t most
 Kind<std::vector<double>> angles_deg() { return kind<std::vector<double>>("DEG", parse_angles_deg); }
 Kind<std::pair<int, int>> image_size() { return kind<std::pair<int, int>>("AxR", parse_image_size); }
 Kind<std::pair<double, double>> spacing_m() { return kind<std::pair<double, double>>("A[,R]", parse_spacing_m); }
+std::vector<std::string> parts_of(const std::string& list) {
+  std::vector<std::string> parts;
+  std::istringstream stream(list);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
 Kind<double> code_value() {
   const auto read = [](const std::string& option, const std::string& text) {
     const std::size_t slash = text.find('/');

@@ -49,6 +49,9 @@ std::pair<int, int> parse_image_size(std::string_view option, std::string_view t
 /// "0.3" or "0.3,0.2": azimuth, range (m).
 std::pair<double, double> parse_spacing_m(std::string_view option, std::string_view text);
 
+/// The parts of a list that is separated by commas; none of an empty text.
+std::vector<std::string> parts_of(const std::string& list);
+
 /// "x,y,z".
 glm::dvec3 parse_vector(std::string_view option, std::string_view text);
 

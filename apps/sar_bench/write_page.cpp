@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app_main.h"
+#include "values.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
@@ -82,8 +83,7 @@ Method read_method(const std::string& text, const std::string& against) {
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
     throw UsageError("expected NAME=RUN[,RUN...], found " + in_quotes(text));
   Method method{text.substr(0, equals), {}};
-  std::istringstream runs(text.substr(equals + 1));
-  for (std::string run; std::getline(runs, run, ',');) method.runs.push_back(read_curve(run, against));
+  for (const std::string& run : app::parts_of(text.substr(equals + 1))) method.runs.push_back(read_curve(run, against));
   return method;
 }
 

@@ -171,18 +171,9 @@ std::optional<ImageFormation> speckle_of(const std::vector<ClassChips>& chips, c
   if (!o.speckle) return std::nullopt;
   std::vector<Image<float>> powers;
   for (std::size_t c = 0; c < chips.size(); ++c)
-    for (const PosedImage& shot : shots_of(chips[c], draw.shots[c])) powers.push_back(shot.power);
-  const auto clutter = clutter_statistics(powers);
-  if (!clutter) return std::nullopt;
+    for (const std::size_t n : draw.shots[c]) powers.push_back(chips[c].training[n].power);
   const Acquisition& first = chips.front().training.front().acquisition;
-  ImageFormation radar;
-  // Texture makes speckle of one look look like less than one.
-  radar.looks = std::max(1.0, clutter->looks);
-  if (const auto r = fitted_resolution(*clutter, o.window, first.azimuth_spacing_m, first.range_spacing_m)) {
-    radar.resolution_m = {r->azimuth_m, r->range_m};
-    radar.window = r->window;
-  }
-  return radar;
+  return fitted_speckle(powers, o.window, first.azimuth_spacing_m, first.range_spacing_m);
 }
 
 /// Means with speckle, of another seed for each chip.

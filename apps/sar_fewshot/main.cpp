@@ -42,12 +42,13 @@ void write_pictures(const Options& o, const std::vector<ClassChips>& chips, cons
   if (most == 0) return;
   make_folder(o.output / "pictures");
   const Draw draw = draw_shots(chips, most, 0, o.validate);
-  const FieldContext context = field_context(chips, draw);
+  std::optional<FieldContext> context;
   for (std::size_t c = 0; c < chips.size(); ++c) {
     const auto file = o.output / "pictures" / (chips[c].name + ".png");
     if (std::filesystem::exists(file)) continue;
+    if (!context) context = field_context(chips, draw);
     AtomicFiles files;
-    files.add(file, encode_png(arms_picture(chips[c], shots_of(chips[c], draw.shots[c]), o, context, monitor)));
+    files.add(file, encode_png(arms_picture(chips[c], shots_of(chips[c], draw.shots[c]), o, *context, monitor)));
     files.commit();
   }
 }

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <sstream>
-
 #include "command_line.h"
 #include "output_lock.h"
 #include "sarnerf/core/error.h"
@@ -20,13 +18,6 @@ constexpr const char* kFooter =
     "  sar_fewshot mstar/soc --csv mstar/manifest.csv --amplitude-scale 4/65535 --quick -o quick\n"
     "  sar_fewshot chips/ --train-depression 17 --test-depression 15 --shots 4,8 --draws 3\n"
     "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 130 interrupted; the same command continues.";
-
-std::vector<std::string> parts_of(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-  return parts;
-}
 
 /// A list of some of these values, separated by commas, each named by name().
 template <class T>

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <map>
-#include <sstream>
 
 #include "command_line.h"
 #include "output_lock.h"
@@ -36,13 +35,6 @@ const std::map<std::string, std::vector<double>> kTimes_s{
 const std::map<std::string, std::vector<double>> kQuickTimes_s{
     {"grid", {2, 5}}, {"surface", {5}}, {"mlp", {15}}, {"paper", {30}}};
 
-std::vector<std::string> parts_of(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-  return parts;
-}
-
 void require_field(const std::string& option, const std::string& field) {
   if (std::ranges::find(kFields, field) != kFields.end()) return;
   const std::string close = closest_name(field, kFields);
@@ -52,7 +44,7 @@ void require_field(const std::string& option, const std::string& field) {
 
 std::vector<double> times_of(const std::string& list) {
   std::vector<double> times_s;
-  for (const std::string& part : parts_of(list))
+  for (const std::string& part : app::parts_of(list))
     times_s.push_back(app::parse_seconds("--time", part));
   if (times_s.empty())
     throw UsageError("--time: expected times such as 2s,10s or mlp=1m, found " + in_quotes(list));
@@ -63,7 +55,7 @@ std::vector<double> times_of(const std::string& list) {
 
 Contest contest_of(const std::string& fields, const std::vector<std::string>& times, bool quick) {
   Contest contest;
-  for (const std::string& field : parts_of(fields)) {
+  for (const std::string& field : app::parts_of(fields)) {
     require_field("--fields", field);
     if (std::ranges::find(contest, field, &Contest::value_type::first) == contest.end())
       contest.emplace_back(field, (quick ? kQuickTimes_s : kTimes_s).at(field));

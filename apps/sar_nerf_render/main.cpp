@@ -182,26 +182,23 @@ ImageFormation speckle_of(const Job& job, const Monitor& monitor) {
   const Options& o = job.options;
   ImageFormation formation;
   if (o.speckle.kind == SpeckleChoice::Kind::none) return formation;
-  formation.seed = static_cast<std::uint64_t>(o.seed);
   formation.looks = o.speckle.looks;
-  std::optional<Resolution> resolution = job.model.field->resolution;
-  if (!resolution && !o.resolution.automatic) resolution = o.resolution.resolution;
   if (o.speckle.kind == SpeckleChoice::Kind::training) {
     std::vector<Image<float>> powers;
     for (PosedImage& image : training_images(job, monitor)) powers.push_back(std::move(image.power));
-    const auto clutter = clutter_statistics(powers);
-    if (!clutter)
-      throw UsageError("--looks training: the training images have no clutter around the target; give a number of looks, or none");
-    // Texture makes speckle of one look look like less than one.
-    formation.looks = std::clamp(clutter->looks, 1.0, 1000.0);
     // MSTAR's window: the shape of the response matters less than its width, which the clutter shows.
     const DatasetView& v = job.model.info.acquisition;
-    if (!resolution)
-      resolution = fitted_resolution(*clutter, Window{Window::Kind::taylor}, v.azimuth_spacing_m, v.range_spacing_m);
+    const auto fitted = fitted_speckle(powers, Window{Window::Kind::taylor}, v.azimuth_spacing_m, v.range_spacing_m);
+    if (!fitted)
+      throw UsageError("--looks training: the training images have no clutter around the target; give a number of looks, or none");
+    formation = *fitted;
   }
-  if (resolution) {
-    formation.resolution_m = {resolution->azimuth_m, resolution->range_m};
-    formation.window = resolution->window;
+  formation.seed = static_cast<std::uint64_t>(o.seed);
+  std::optional<Resolution> known = job.model.field->resolution;
+  if (!known && !o.resolution.automatic) known = o.resolution.resolution;
+  if (known) {
+    formation.resolution_m = {known->azimuth_m, known->range_m};
+    formation.window = known->window;
   }
   for (const DatasetView& v : job.views) validate(formation, v.azimuth_spacing_m, v.range_spacing_m);
   return formation;

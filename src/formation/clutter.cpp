@@ -102,6 +102,19 @@ std::optional<Resolution> fitted_resolution(const ClutterStatistics& clutter, co
   return Resolution{*azimuth_m, *range_m, window};
 }
 
+std::optional<ImageFormation> fitted_speckle(std::span<const Image<float>> powers, const Window& window, double azimuth_spacing_m,
+                                             double range_spacing_m) {
+  const auto clutter = clutter_statistics(powers);
+  if (!clutter) return std::nullopt;
+  ImageFormation formation;
+  formation.looks = std::clamp(clutter->looks, 1.0, 1000.0);
+  if (const auto resolution = fitted_resolution(*clutter, window, azimuth_spacing_m, range_spacing_m)) {
+    formation.resolution_m = {resolution->azimuth_m, resolution->range_m};
+    formation.window = resolution->window;
+  }
+  return formation;
+}
+
 void multiply_by_speckle(Image<float>& mean_power, const ImageFormation& formation, const Acquisition& acquisition) {
   if (!formation.speckle()) return;
   const Border border = border_of(impulse_response(formation, acquisition.azimuth_spacing_m, acquisition.range_spacing_m),

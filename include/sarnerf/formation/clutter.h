@@ -35,6 +35,11 @@ std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>
 std::optional<Resolution> fitted_resolution(const ClutterStatistics& clutter, const Window& window, double azimuth_spacing_m,
                                             double range_spacing_m);
 
+/// The speckle of images of one spacing: looks and resolution of their clutter. Texture makes speckle of one look appear to have fewer;
+/// looks are within 1 and 1000. Empty where clutter_statistics() are.
+std::optional<ImageFormation> fitted_speckle(std::span<const Image<float>> powers, const Window& window, double azimuth_spacing_m,
+                                             double range_spacing_m);
+
 /// Puts speckle on an image of mean power that has the radar's impulse response already: multiplies it by the image that a radar of
 /// this formation makes of uniform clutter of power 1 (F5 without noise). Where the mean reflectivity without response is known,
 /// form_image() does the same exactly, sharp edges included. Throws and costs as form_image().
