@@ -114,13 +114,15 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
     chips.name = name;
     for (auto* list : {&chips.training, &chips.test}) std::ranges::sort(*list, {}, azimuth_deg);
     const bool enough = static_cast<int>(chips.training.size()) >= std::max(most, 1);
-    if (!enough || (chips.test.empty() && !o.validate))
+    if (!enough || (chips.test.empty() && !o.validate && !o.test_rest))
       throw InputError(format("%s: class %s: expected %d chips or more at %g deg and some at %g deg, found %zu and %zu; choose others "
-                              "(--classes)", o.chips.c_str(), name.c_str(), std::max(most, 1), o.training_depression_deg,
+                              "(--classes, or --test-rest)", o.chips.c_str(), name.c_str(), std::max(most, 1), o.training_depression_deg,
                               o.test_depression_deg, chips.training.size(), chips.test.size()));
     result.push_back(std::move(chips));
   }
   if (o.most_classes > 0 && result.size() > o.most_classes) result.resize(o.most_classes);
+  if (!o.validate && std::ranges::all_of(result, [](const ClassChips& c) { return c.test.empty(); }))
+    throw InputError(format("%s: expected chips at %g deg of one class or more, found none", o.chips.c_str(), o.test_depression_deg));
   if (result.size() < 2)
     throw InputError(o.chips.string() + ": expected chips of two classes or more, found those of " + result.front().name + " alone");
   std::size_t n_chips = 0;
@@ -139,10 +141,6 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, b
       const int sector = static_cast<int>(std::floor((a_deg < 0.0 ? a_deg + 360.0 : a_deg) / kSector_deg));
       (validate && sector % kFolds == number % kFolds ? test : usable).push_back(n);
     }
-    if (!validate) {
-      test.resize(c.test.size());
-      for (std::size_t n = 0; n < test.size(); ++n) test[n] = n;
-    }
     std::vector<std::size_t> shots;
     const double start_deg = std::uniform_real_distribution(0.0, 360.0)(random);
     if (n_shots == 0) shots = usable;
@@ -155,6 +153,9 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, b
       shots.push_back(*std::ranges::min_element(usable, {}, [&](std::size_t n) { return apart_deg(azimuth_deg(c.training[n]), wanted_deg); }));
     }
     std::ranges::sort(shots);
+    if (!validate)
+      for (std::size_t n = 0; n < tested_chips(c, validate).size(); ++n)
+        if (!c.test.empty() || !std::ranges::binary_search(shots, n)) test.push_back(n);
     draw.shots.push_back(std::move(shots));
     draw.test.push_back(std::move(test));
   }

@@ -22,6 +22,7 @@ std::string_view name(Arm arm) {
     case Arm::none: return "none";
     case Arm::turned: return "turned";
     case Arm::turned_circle: return "turned-360";
+    case Arm::rescaled: return "rescaled";
     case Arm::interpolated: return "interpolated";
     case Arm::learned: return "learned";
     case Arm::learned_turned: return "learned+turned";
@@ -38,11 +39,13 @@ struct Wanted {
   std::size_t nearest = 0;
 };
 
-/// Views at steps of azimuth from each shot, up to half the gap to its neighbours and no farther than the reach.
-std::vector<Wanted> wanted_views(std::span<const PosedImage> shots, const GenerationOptions& o) {
+/// Views at steps of azimuth from each shot, up to half the gap to its neighbours and no farther than the reach. At another depression
+/// than the shots', also at their azimuths.
+std::vector<Wanted> wanted_views(std::span<const PosedImage> shots, const GenerationOptions& o, std::optional<double> depression_deg) {
   std::vector<Wanted> views;
   const std::size_t n = shots.size();
-  for (std::size_t s = 0; s < n; ++s)
+  for (std::size_t s = 0; s < n; ++s) {
+    if (depression_deg) views.push_back({shots[s].acquisition, s});
     for (const int side : {-1, 1}) {
       const double next_deg = azimuth_deg(shots[(s + (side > 0 ? 1 : n - 1)) % n]);
       double gap_deg = std::fmod(side * (next_deg - azimuth_deg(shots[s])) + 720.0, 360.0);
@@ -55,6 +58,9 @@ std::vector<Wanted> wanted_views(std::span<const PosedImage> shots, const Genera
         views.push_back(wanted);
       }
     }
+  }
+  if (depression_deg)
+    for (Wanted& view : views) view.acquisition.incidence_rad = rad_from_deg(90.0 - *depression_deg);
   return views;
 }
 
@@ -111,11 +117,12 @@ std::vector<PosedImage> learned_views(std::span<const PosedImage> shots, const s
 std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<const PosedImage> shots, const Options& o,
                                  const FieldContext& context, const Monitor& monitor) {
   if (arm == Arm::turned_circle) return turned_through_circle(shots);
-  const std::vector<Wanted> wanted = wanted_views(shots, o.generation);
+  const bool as_shots = arm == Arm::turned || arm == Arm::measured;
+  const std::vector<Wanted> wanted = wanted_views(shots, o.generation, as_shots ? std::nullopt : o.generation.depression_deg);
   if (arm == Arm::learned) return learned_views(shots, wanted, o.generation, context, monitor);
   std::vector<PosedImage> views;
   for (const Wanted& w : wanted) {
-    if (arm == Arm::turned) {
+    if (arm == Arm::turned || arm == Arm::rescaled) {
       views.push_back(turned(shots[w.nearest], w.acquisition));
     } else if (arm == Arm::interpolated) {
       views.push_back({"", w.acquisition, interpolate_view(shots, w.acquisition, o.generation.interpolation)});
@@ -166,31 +173,55 @@ LabelledChips views_of_classes(Arm arm, const std::vector<ClassChips>& chips, co
   return labelled(pointers, labels);
 }
 
-/// Looks and response of the clutter of all shots of a draw; nothing if learned views are to have no speckle.
-std::optional<ImageFormation> speckle_of(const std::vector<ClassChips>& chips, const Draw& draw, const GenerationOptions& o) {
-  if (!o.speckle) return std::nullopt;
-  std::vector<Image<float>> powers;
-  for (std::size_t c = 0; c < chips.size(); ++c)
-    for (const std::size_t n : draw.shots[c]) powers.push_back(chips[c].training[n].power);
-  const Acquisition& first = chips.front().training.front().acquisition;
-  return fitted_speckle(powers, o.window, first.azimuth_spacing_m, first.range_spacing_m);
-}
-
 /// Means with speckle, of another seed for each chip.
-LabelledChips with_speckle(const LabelledChips& means, const ImageFormation& radar, Acquisition view, int draw) {
+LabelledChips with_speckle(const LabelledChips& means, const ClutterModel& model, Acquisition view, int draw) {
   view.n_azimuth = view.n_range = kStoredSide;
   LabelledChips result{means.amplitude.clone(), means.label};
   parallel_for(static_cast<std::size_t>(result.size()), 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
-      ImageFormation formation = radar;
-      formation.seed = static_cast<std::uint64_t>(1'000'000 * (draw + 1)) + n;
+      ClutterModel clutter = model;
+      clutter.radar.seed = static_cast<std::uint64_t>(1'000'000 * (draw + 1)) + n;
       Image<float> factor(view.n_azimuth, view.n_range, 1.0f);
-      multiply_by_speckle(factor, formation, view);
+      multiply_by_clutter(factor, clutter, view);
       float* pixel = result.amplitude.data_ptr<float>() + n * factor.pixels().size();
       for (const float f : factor.pixels()) *pixel++ *= std::sqrt(f);
     }
   });
   return result;
+}
+
+}  // namespace
+
+std::vector<Image<float>> powers_of(const LabelledChips& chips) {
+  std::vector<Image<float>> powers;
+  for (std::int64_t n = 0; n < chips.size(); ++n) {
+    Image<float>& power = powers.emplace_back(kStoredSide, kStoredSide);
+    const torch::Tensor squares = chips.amplitude[n].square().contiguous();
+    std::copy_n(squares.data_ptr<float>(), power.pixels().size(), power.pixels().begin());
+  }
+  return powers;
+}
+
+namespace {
+
+/// Means with the looks, the texture and the response of the clutter of all shots of a draw, unless learned views are to have no speckle.
+/// The ground that was learned has some texture of its own: what both have together is measured, and the excess left out.
+LabelledChips with_clutter_of_shots(const LabelledChips& means, const std::vector<ClassChips>& chips, const Draw& draw,
+                                    const GenerationOptions& o) {
+  if (!o.speckle) return means;
+  std::vector<Image<float>> powers;
+  for (std::size_t c = 0; c < chips.size(); ++c)
+    for (const std::size_t n : draw.shots[c]) powers.push_back(chips[c].training[n].power);
+  const Acquisition& view = chips.front().training.front().acquisition;
+  std::optional<ClutterModel> model = fitted_clutter(powers, o.window, view.azimuth_spacing_m, view.range_spacing_m);
+  if (!model) return means;
+  if (model->texture_variance > 0.0) {
+    const auto wanted = clutter_statistics(powers), found = clutter_statistics(powers_of(with_speckle(means, *model, view, draw.number)));
+    if (found)
+      model->texture_variance = std::max(0.0, (1.0 + model->texture_variance) * (1.0 + 1.0 / wanted->looks) / (1.0 + 1.0 / found->looks) - 1.0);
+  }
+  model->radar.looks *= o.looks_factor;
+  return with_speckle(means, *model, view, draw.number);
 }
 
 }  // namespace
@@ -214,8 +245,7 @@ LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, con
     archive.tensors = {{"amplitude", means.amplitude}, {"label", means.label}};
     write_archive(file, archive);
   }
-  const std::optional<ImageFormation> radar = speckle_of(chips, draw, o.generation);
-  return radar ? with_speckle(means, *radar, chips.front().training.front().acquisition, draw.number) : means;
+  return with_clutter_of_shots(means, chips, draw, o.generation);
 }
 
 // Pictures.

@@ -91,9 +91,16 @@ void run(const Options& options, Console& console) {
   take_place(options);
   const FolderLock lock(options.output);
   try {
-    if (!options.chips_folder.empty()) {
+    if (!options.chips_folder.empty() || !options.draws_folder.empty()) {
       const std::size_t n = export_chips(options, chips, monitor);
-      print_result(options.chips_folder.string() + ": " + counted(n, "chip") + "\n");
+      for (const auto& folder : {options.chips_folder, options.draws_folder})
+        if (!folder.empty()) print_result(folder.string() + ": " + counted(n, "chip") + "\n");
+      return;
+    }
+    if (options.check_clutter) {
+      const std::string text = clutter_text(options, chips, monitor);
+      write_file_atomically(options.output / "clutter.md", text);
+      print_result(text);
       return;
     }
     const std::vector<Cell> cells = run_study(options, chips, console, monitor);

@@ -85,7 +85,7 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.add("--shots", o.shots, shot_counts(), "Shots of each class; all: every chip");
   command.add("--draws", o.n_draws, whole("N", 1, 1000), "Draws of shots: each has starts and a seed of its own");
   command.add("--arms", o.arms,
-              some_of<Arm>({Arm::none, Arm::turned, Arm::turned_circle, Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::measured}),
+              some_of<Arm>({Arm::none, Arm::turned, Arm::turned_circle, Arm::rescaled, Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::measured}),
               "What is added to the shots");
   command.add("--classifiers", o.classifiers,
               some_of<Classifier>({Classifier::a_convnet, Classifier::resnet50, Classifier::nearest_neighbour, Classifier::background}),
@@ -93,6 +93,12 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.add_flag("--quick", quick, "Four classes, 12 shots, one draw, three arms, short trainings: about five minutes, to see what there is");
   command.add_flag("--validate", o.validate,
                    "Test on sectors of 30 deg of the training depression, away from the shots: to choose options by");
+
+  command.add_flag("--test-rest", o.test_rest,
+                   "Test classes without chips at the test depression on their training chips that are no shots");
+  command.add_flag("--exchange-clutter", o.exchange, "Test on chips with the background of other test chips, too");
+  command.add_flag("--check-clutter", o.check_clutter,
+                   "Compare the background of measured and of learned chips, and stop: can a network tell them apart?");
 
   command.then([&] {
     if (!quick) return;
@@ -115,6 +121,8 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.begin_group("Generated chips");
   command.add("--step", o.generation.step_deg, between("DEG", 0.1, 90.0), "Between generated chips");
   command.add("--reach", o.generation.reach_deg, between("DEG", 0.1, 180.0), "Largest distance from a shot; half the gap at most");
+  command.add("--generate-depression", o.generation.depression_deg, between("DEG", 1.0, 89.0),
+              "Depression of rescaled, interpolated and learned chips; default: that of the shots");
   command.add("--field", o.generation.field, one_of<std::string>({{"grid", "grid"}, {"surface", "surface"}}), "Field that is learned from the shots: grid or surface (five times as long)");
   command.add("--field-steps", o.generation.field_steps, whole("N", 1, 1'000'000), "Steps of its training");
   command.add("--speckle", o.generation.speckle, one_of<bool>({{"on", true}, {"off", false}}), "Learned views get the speckle of the shots' clutter");
@@ -125,6 +133,8 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder of the study; default FOLDER_fewshot");
   command.add("--export", o.chips_folder, made_by("FOLDER", without_slash),
               "Write the chips of all draws and arms there, for your own classifiers, and learn nothing");
+  command.add("--export-draws", o.draws_folder, made_by("FOLDER", without_slash),
+              "Write a file for each draw there, for sar_recognise (on a machine with a GPU), and learn nothing");
   command.add_flag("--dry-run", o.dry_run, "Print the plan and stop");
   command.add_shared_options();
 }

@@ -16,16 +16,26 @@ namespace sarnerf::app {
 namespace {
 
 /// Arms that the others are compared with.
-constexpr Arm kReferences[] = {Arm::none, Arm::turned, Arm::interpolated};
+constexpr Arm kReferences[] = {Arm::none, Arm::turned, Arm::rescaled, Arm::interpolated};
 
 std::string shots_text(int n_shots) { return n_shots == 0 ? "all" : std::to_string(n_shots); }
 
-/// Accuracy (%) of each draw, by its number.
-std::map<int, double> accuracies(const std::vector<Cell>& cells, Classifier classifier, Arm arm, int n_shots) {
+/// What value() makes (a number in %) of each draw's cell, by the draw's number; without cells that it makes nothing of.
+template <class Value>
+std::map<int, double> values_of(const std::vector<Cell>& cells, Classifier classifier, Arm arm, int n_shots, const Value& value) {
   std::map<int, double> values;
   for (const Cell& cell : cells)
-    if (cell.classifier == classifier && cell.arm == arm && cell.n_shots == n_shots) values[cell.draw] = 100.0 * cell.accuracy();
+    if (cell.classifier == classifier && cell.arm == arm && cell.n_shots == n_shots)
+      if (const std::optional<double> v = value(cell)) values[cell.draw] = *v;
   return values;
+}
+
+/// Accuracy (%) of each draw.
+std::map<int, double> accuracies(const std::vector<Cell>& cells, Classifier classifier, Arm arm, int n_shots,
+                                 Confusion Cell::*confusion = &Cell::confusion) {
+  return values_of(cells, classifier, arm, n_shots, [&](const Cell& cell) {
+    return (cell.*confusion).empty() ? std::nullopt : std::optional(100.0 * accuracy(cell.*confusion));
+  });
 }
 
 struct Spread {
@@ -131,6 +141,63 @@ std::string difference_table(const Options& o, const std::vector<Comparison>& al
   return rows.empty() ? "" : markdown_table(columns, rows);
 }
 
+/// Accuracy where the background of the test chips was exchanged; nothing where it was not.
+std::string exchange_table(const Options& o, const std::vector<Cell>& cells, Classifier classifier) {
+  std::vector<TableColumn> columns{{"added to the shots"}};
+  for (const int n : o.shots)
+    for (const char* which : {"as measured", "exchanged within classes", "across classes"})
+      columns.push_back({shots_text(n) + " shots, " + which, Align::right});
+  std::vector<std::vector<std::string>> rows;
+  for (const Arm arm : o.arms) {
+    std::vector<std::string> row{std::string(name(arm))};
+    bool any = false;
+    for (const int n : o.shots)
+      for (const auto which : {&Cell::confusion, &Cell::within, &Cell::across}) {
+        const auto values = accuracies(cells, classifier, arm, n, which);
+        any = any || (which == &Cell::across && !values.empty());
+        row.push_back(spread_text(values));
+      }
+    if (any) rows.push_back(row);
+  }
+  return rows.empty() ? "" : markdown_table(columns, rows);
+}
+
+/// Of the classes that have chips at the test depression: how many of these are recognised, and how many chips of the others (at the
+/// training depression) are taken for them. Nothing where all classes have such chips.
+std::string recall_table(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells, Classifier classifier) {
+  if (o.validate || std::ranges::none_of(chips, [](const ClassChips& c) { return c.test.empty(); })) return "";
+  std::vector<TableColumn> columns{{"added to the shots"}};
+  for (const ClassChips& c : chips)
+    if (!c.test.empty())
+      for (const int n : o.shots)
+        for (const char* which : {"recognised", "false alarms"})
+          columns.push_back({format("%s, %s shots: %s (%%)", c.name.c_str(), shots_text(n).c_str(), which), Align::right});
+  std::vector<std::vector<std::string>> rows;
+  for (const Arm arm : o.arms) {
+    std::vector<std::string> row{std::string(name(arm))};
+    bool any = false;
+    for (std::size_t k = 0; k < chips.size(); ++k) {
+      if (chips[k].test.empty()) continue;
+      for (const int n_shots : o.shots)
+        for (const bool of_class : {true, false}) {
+          const auto values = values_of(cells, classifier, arm, n_shots, [&](const Cell& cell) -> std::optional<double> {
+            int n = 0, n_called = 0;
+            for (std::size_t c = 0; c < chips.size(); ++c) {
+              if ((c == k) != of_class) continue;
+              for (const int count : cell.confusion[c]) n += count;
+              n_called += cell.confusion[c][k];
+            }
+            return n > 0 ? std::optional(100.0 * n_called / n) : std::nullopt;
+          });
+          any = any || !values.empty();
+          row.push_back(spread_text(values));
+        }
+    }
+    if (any) rows.push_back(row);
+  }
+  return rows.empty() ? "" : markdown_table(columns, rows);
+}
+
 /// Answers of all draws, in per cent of the class.
 std::string confusion_table(const std::vector<ClassChips>& chips, const std::vector<Cell>& cells, Classifier classifier, Arm arm,
                             int n_shots) {
@@ -184,7 +251,8 @@ std::string study_text(const Options& o, const std::vector<ClassChips>& chips, c
   std::string text = format("# Few-shot recognition\n\n%s of %s at %g°. ", counted(n_training, "chip").c_str(),
                             counted(chips.size(), "class", "classes").c_str(), o.training_depression_deg);
   text += o.validate ? "**A validation**: the test chips are those of sectors of 30° of azimuth that have no shots.\n"
-                     : format("Tested on all %zu chips at %g°.\n", n_test, o.test_depression_deg);
+                     : format("Tested on all %zu chips at %g°%s.\n", n_test, o.test_depression_deg,
+                              o.test_rest ? ", and on those at the training depression that are no shots of classes without any" : "");
   text += format("Accuracy in %%, mean ± standard deviation over %s of shots.\n", counted(static_cast<std::uint64_t>(o.n_draws), "draw").c_str());
   const std::vector<Comparison> compared = comparisons(o, cells);
   for (const Classifier classifier : o.classifiers) {
@@ -194,6 +262,11 @@ std::string study_text(const Options& o, const std::vector<ClassChips>& chips, c
       text += "\n" + differences +
               "\n*Paired by draw: mean (95 % interval of Student's t), p raised by Holm's method over the numbers of shots, and the smallest "
               "true difference that a study of this size finds in 80 % of cases.*\n";
+    if (const std::string exchanged = exchange_table(o, cells, classifier); !exchanged.empty())
+      text += "\nWith the background exchanged between test chips:\n\n" + exchanged;
+    if (const std::string recall = recall_table(o, chips, cells, classifier); !recall.empty())
+      text += format("\nClasses with chips at %g°, and chips of the others at %g°, which are no shots, that are taken for them:\n\n",
+                     o.test_depression_deg, o.training_depression_deg) + recall;
   }
   return text;
 }

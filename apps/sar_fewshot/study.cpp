@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "sarnerf/core/error.h"
@@ -13,23 +14,24 @@
 
 namespace sarnerf::app {
 
-int Cell::n_test() const {
-  int n = 0;
-  for (const auto& row : confusion)
-    for (const int count : row) n += count;
-  return n;
-}
-
-int Cell::n_correct() const {
-  int n = 0;
-  for (std::size_t c = 0; c < confusion.size(); ++c) n += confusion[c][c];
-  return n;
+double accuracy(const Confusion& confusion) {
+  int n_test = 0, n_correct = 0;
+  for (std::size_t c = 0; c < confusion.size(); ++c) {
+    for (const int count : confusion[c]) n_test += count;
+    n_correct += confusion[c][c];
+  }
+  return n_test > 0 ? static_cast<double>(n_correct) / n_test : 0.0;
 }
 
 Json cell_json(const Cell& cell) {
-  return {{"classifier", name(cell.classifier)}, {"arm", name(cell.arm)},   {"shots", cell.n_shots},
-          {"draw", cell.draw},                   {"accuracy", cell.accuracy()}, {"confusion", cell.confusion},
-          {"seconds", cell.seconds}};
+  Json json = {{"classifier", name(cell.classifier)}, {"arm", name(cell.arm)},   {"shots", cell.n_shots},
+               {"draw", cell.draw},                   {"accuracy", accuracy(cell.confusion)}, {"confusion", cell.confusion},
+               {"seconds", cell.seconds}};
+  if (!cell.within.empty()) {
+    json["confusion_within"] = cell.within;
+    json["confusion_across"] = cell.across;
+  }
+  return json;
 }
 
 Json request_of(const Options& o) {
@@ -39,10 +41,13 @@ Json request_of(const Options& o) {
                      {"table", o.table.filename().string()},
                      {"scale", o.scale},
                      {"training_depression_deg", o.training_depression_deg},
-                     {"test_depression_deg", o.validate ? Json("none: a validation") : Json(o.test_depression_deg)}}},
+                     {"test_depression_deg", o.validate ? Json("none: a validation") : Json(o.test_depression_deg)},
+                     {"test_rest", o.test_rest},
+                     {"exchange_clutter", o.exchange}}},
           {"classifiers", {{"steps", c.n_steps}, {"batch", c.batch}, {"rate", c.rate}, {"weight_decay", c.weight_decay},
                            {"shift_pixels", c.shift_pixels}, {"gain_jitter", c.gain_jitter}, {"shot_fraction", c.shot_fraction}}},
-          {"generated", {{"step_deg", g.step_deg}, {"reach_deg", g.reach_deg}, {"interpolation", name(g.interpolation)},
+          {"generated", {{"step_deg", g.step_deg}, {"reach_deg", g.reach_deg},
+                         {"depression_deg", g.depression_deg ? Json(*g.depression_deg) : Json("that of the shots")}, {"interpolation", name(g.interpolation)},
                          {"field", g.field}, {"field_steps", g.field_steps},
                          {"speckle", g.speckle ? Json(text_of(g.window)) : Json("none")}}}};
 }
@@ -57,23 +62,49 @@ std::string cell_name(const Cell& cell) {
 /// The classifiers and arms that need a cell of their own: the background of an arm is that of its shots.
 bool is_asked(Classifier classifier, Arm arm) { return classifier != Classifier::background || arm == Arm::none; }
 
-LabelledChips chips_of(const std::vector<ClassChips>& chips, const std::vector<std::vector<std::size_t>>& which, bool of_test) {
+/// These chips of source(class).
+template <class Source>
+LabelledChips chips_of(const std::vector<ClassChips>& chips, const std::vector<std::vector<std::size_t>>& which, const Source& source) {
   std::vector<const PosedImage*> pointers;
   std::vector<std::int64_t> labels;
   for (std::size_t c = 0; c < chips.size(); ++c)
     for (const std::size_t n : which[c]) {
-      pointers.push_back(&(of_test ? chips[c].test : chips[c].training)[n]);
+      pointers.push_back(&source(chips[c])[n]);
       labels.push_back(static_cast<std::int64_t>(c));
     }
   return labelled(pointers, labels);
 }
 
-std::vector<std::vector<int>> confusion_of(const torch::Tensor& scores, const torch::Tensor& label, std::size_t n_classes) {
-  std::vector<std::vector<int>> confusion(n_classes, std::vector<int>(n_classes, 0));
-  const torch::Tensor answer = scores.argmax(1);
-  for (std::int64_t n = 0; n < label.size(0); ++n)
-    ++confusion[static_cast<std::size_t>(label[n].item<std::int64_t>())][static_cast<std::size_t>(answer[n].item<std::int64_t>())];
-  return confusion;
+LabelledChips shots_of_classes(const std::vector<ClassChips>& chips, const Draw& draw) {
+  return chips_of(chips, draw.shots, [](const ClassChips& c) -> const auto& { return c.training; });
+}
+
+LabelledChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
+  return chips_of(chips, draw.test, [&](const ClassChips& c) -> const auto& { return tested_chips(c, validate); });
+}
+
+ClassifierOptions options_of_draw(const Options& o, int number) {
+  ClassifierOptions options = o.training;
+  options.seed = static_cast<std::uint64_t>(1 + number);
+  return options;
+}
+
+}  // namespace
+
+namespace {
+
+/// Writes chips as FOLDER/CLASS/PREFIX_000.tif.
+void write_tiffs(const std::filesystem::path& folder, const char* prefix, const std::vector<ClassChips>& chips, const LabelledChips& set) {
+  std::vector<int> n_of_class(chips.size(), 0);
+  for (std::int64_t n = 0; n < set.size(); ++n) {
+    const auto c = static_cast<std::size_t>(set.label[n].item<std::int64_t>());
+    make_folder(folder / chips[c].name);
+    Image<float> image(kStoredSide, kStoredSide);
+    std::copy_n(set.amplitude[n].contiguous().data_ptr<float>(), image.pixels().size(), image.pixels().begin());
+    AtomicFiles files;
+    files.add(folder / chips[c].name / format("%s_%03d.tif", prefix, n_of_class[c]++), encode_tiff(image));
+    files.commit();
+  }
 }
 
 }  // namespace
@@ -81,32 +112,30 @@ std::vector<std::vector<int>> confusion_of(const torch::Tensor& scores, const to
 std::size_t export_chips(const Options& o, const std::vector<ClassChips>& chips, const Monitor& monitor) {
   const auto cache = o.output / "generated";
   make_folder(cache);
-  std::size_t n_files = 0, n_done = 0;
+  if (!o.draws_folder.empty()) make_folder(o.draws_folder);
+  std::size_t n_chips = 0, n_done = 0;
   const std::size_t n_sets = o.shots.size() * static_cast<std::size_t>(o.n_draws) * o.arms.size();
   for (const int n_shots : o.shots)
     for (int number = 0; number < o.n_draws; ++number) {
       const Draw draw = draw_shots(chips, n_shots, number, o.validate);
-      const LabelledChips shots = chips_of(chips, draw.shots, false);
+      DrawFile file{{}, n_shots, number, options_of_draw(o, number), shots_of_classes(chips, draw), {}, {}};
       for (const Arm arm : o.arms) {
         monitor.check();
-        const auto folder = o.chips_folder / format("%02d_%02d", n_shots, number) / std::string(name(arm));
-        for (const auto& [prefix, set] : {std::pair("shot", shots), std::pair("generated", generated_chips(arm, chips, draw, o, cache, monitor))}) {
-          std::vector<int> n_of_class(chips.size(), 0);
-          for (std::int64_t n = 0; n < set.size(); ++n) {
-            const auto c = static_cast<std::size_t>(set.label[n].item<std::int64_t>());
-            make_folder(folder / chips[c].name);
-            Image<float> image(kStoredSide, kStoredSide);
-            std::copy_n(set.amplitude[n].contiguous().data_ptr<float>(), image.pixels().size(), image.pixels().begin());
-            AtomicFiles files;
-            files.add(folder / chips[c].name / format("%s_%03d.tif", prefix, n_of_class[c]++), encode_tiff(image));
-            files.commit();
-            ++n_files;
-          }
+        const LabelledChips& generated = file.generated[std::string(name(arm))] = generated_chips(arm, chips, draw, o, cache, monitor);
+        n_chips += static_cast<std::size_t>(file.shots.size() + generated.size());
+        if (!o.chips_folder.empty()) {
+          const auto folder = o.chips_folder / format("%02d_%02d", n_shots, number) / std::string(name(arm));
+          write_tiffs(folder, "shot", chips, file.shots);
+          write_tiffs(folder, "generated", chips, generated);
         }
         monitor.report("sets of chips", ++n_done, n_sets);
       }
+      if (o.draws_folder.empty()) continue;
+      for (const ClassChips& c : chips) file.classes.push_back(c.name);
+      file.test = test_of_classes(chips, draw, o.validate);
+      write_draw_file(o.draws_folder / format("%02d_%02d.pt", n_shots, number), file);
     }
-  return n_files;
+  return n_chips;
 }
 
 namespace {
@@ -145,35 +174,47 @@ std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chi
   for (const int n_shots : o.shots)
     for (int number = 0; number < o.n_draws; ++number) {
       const Draw draw = draw_shots(chips, n_shots, number, o.validate);
+      // The test chips; after them, if asked for, as many with exchanged backgrounds, within and across classes.
       std::optional<LabelledChips> test;
+      torch::Tensor tested;
       for (const Arm arm : o.arms) {
         std::optional<TrainingChips> training;
         for (const Classifier classifier : o.classifiers) {
           if (!is_asked(classifier, arm)) continue;
-          Cell cell{classifier, arm, n_shots, number, {}, 0.0};
+          Cell cell{classifier, arm, n_shots, number, {}, {}, {}, 0.0};
           const auto file = cells_folder / cell_name(cell);
           if (std::filesystem::exists(file)) {
             const Json json = Json::parse(read_whole_file(file));
-            cell.confusion = json.at("confusion").get<std::vector<std::vector<int>>>();
+            cell.confusion = json.at("confusion").get<Confusion>();
+            cell.within = json.value("confusion_within", Confusion());
+            cell.across = json.value("confusion_across", Confusion());
             cell.seconds = json.at("seconds");
           } else {
             monitor.check();
-            if (!test) test = chips_of(chips, draw.test, !o.validate);
+            if (!test) {
+              test = test_of_classes(chips, draw, o.validate);
+              tested = test->amplitude;
+              if (o.exchange)
+                tested = torch::cat({tested, with_exchanged_background(chips, draw, o.validate, true).amplitude,
+                                     with_exchanged_background(chips, draw, o.validate, false).amplitude});
+            }
             if (!training) {
               use_torch_threads(1);
-              training.emplace(TrainingChips{chips_of(chips, draw.shots, false), generated_chips(arm, chips, draw, o, cache, monitor)});
+              training.emplace(TrainingChips{shots_of_classes(chips, draw), generated_chips(arm, chips, draw, o, cache, monitor)});
             }
             use_torch_threads(thread_count());
-            ClassifierOptions options = o.training;
-            options.seed = static_cast<std::uint64_t>(1 + number);
             const Stopwatch watch;
-            const torch::Tensor scores = classify(classifier, *training, test->amplitude, n_classes, options,
+            const torch::Tensor scores = classify(classifier, *training, tested, n_classes, options_of_draw(o, number),
                                                   [&](int, int) { monitor.check(); });
             cell.seconds = watch.seconds();
-            cell.confusion = confusion_of(scores, test->label, chips.size());
+            const auto confusion = [&](std::int64_t part) {
+              return confusion_of(scores.narrow(0, part * test->size(), test->size()), test->label, n_classes);
+            };
+            cell.confusion = confusion(0);
+            if (o.exchange) std::tie(cell.within, cell.across) = std::pair(confusion(1), confusion(2));
             write_file_atomically(file, cell_json(cell).dump(1) + "\n");
             console.note(format("%s, %s, %d shots, draw %d: %.1f %% (%.0f s)", std::string(name(classifier)).c_str(),
-                                std::string(name(arm)).c_str(), n_shots, number, 100.0 * cell.accuracy(), cell.seconds));
+                                std::string(name(arm)).c_str(), n_shots, number, 100.0 * accuracy(cell.confusion), cell.seconds));
           }
           cells.push_back(std::move(cell));
           monitor.report("cells", cells.size(), n_cells);

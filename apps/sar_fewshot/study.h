@@ -32,6 +32,7 @@ enum class Arm {
   none,
   turned,          ///< the nearest shot, turned on the level plane, within the gap between shots
   turned_circle,   ///< every shot, turned through 360°
+  rescaled,        ///< the nearest shot, turned, and rescaled in range to the depression of generated chips
   interpolated,    ///< the neighbouring shots, turned and averaged
   learned,         ///< views of a field that was learned from the shots, with response and speckle
   learned_turned,  ///< both: half of the generated chips of a batch each
@@ -43,11 +44,13 @@ std::string_view name(Arm arm);
 struct GenerationOptions {
   double step_deg = 5.0;    ///< between generated views
   double reach_deg = 15.0;  ///< largest distance of a generated view from a shot; never more than half the gap
+  std::optional<double> depression_deg;  ///< of rescaled, interpolated and learned views; without: that of the shots
   Interpolation interpolation = Interpolation::rotated_linear;
   std::string field = "grid";
   std::int64_t field_steps = 200;
   bool speckle = true;  ///< learned views get the speckle of the shots' clutter
   Window window{Window::Kind::taylor};  ///< of the radar; looks and resolution are estimated
+  double looks_factor = 1.0;            ///< looks of learned views over those that are estimated
 };
 
 /// What the user asked for.
@@ -64,12 +67,16 @@ struct Options {
   std::vector<Arm> arms{Arm::none, Arm::turned, Arm::interpolated, Arm::learned, Arm::learned_turned};
   std::vector<Classifier> classifiers{Classifier::a_convnet, Classifier::nearest_neighbour, Classifier::background};
   bool validate = false;  ///< the test chips are sectors of 30° of the training depression
+  bool test_rest = false;  ///< classes without chips at the test depression are tested on their training chips that are no shots
+  bool exchange = false;   ///< test on chips with exchanged background, too
+  bool check_clutter = false;  ///< compare the background of measured and generated chips, and learn nothing else
 
   ClassifierOptions training;
   GenerationOptions generation;
 
   std::filesystem::path output;
-  std::filesystem::path chips_folder;  ///< chips of all draws and arms are written there, and nothing is learned; empty: no
+  /// Chips of all draws and arms are written there, as images, and as files for sar_recognise, and nothing is learned; empty: not.
+  std::filesystem::path chips_folder, draws_folder;
   bool dry_run = false;
   SharedOptions shared;
 };
@@ -84,6 +91,11 @@ struct ClassChips {
   std::vector<PosedImage> training, test;
 };
 
+/// The chips that Draw::test refers to: those of the training depression in a validation, and where there are no others.
+inline const std::vector<PosedImage>& tested_chips(const ClassChips& chips, bool validate) {
+  return validate || chips.test.empty() ? chips.training : chips.test;
+}
+
 inline double azimuth_deg(const PosedImage& chip) { return deg_from_rad(chip.acquisition.azimuth_rad); }
 
 /// Reads the chips of both depressions, all of one size. Throws InputError if a class has none, or fewer than the most shots.
@@ -93,11 +105,12 @@ std::vector<ClassChips> read_chips(const Options& options, Console& console, con
 struct Draw {
   int n_shots = 0, number = 0;
   std::vector<std::vector<std::size_t>> shots;  ///< [class]
-  std::vector<std::vector<std::size_t>> test;   ///< [class]: of `test`, or of `training` in a validation
+  std::vector<std::vector<std::size_t>> test;   ///< [class]: of tested_chips()
 };
 
 /// Shots at equal steps of azimuth from a random start for each class; the nearest chip to each step. In a validation, chips of
-/// every fourth sector of 30°, beginning with the draw's number, are the test, and all shots lie in the other sectors.
+/// every fourth sector of 30°, beginning with the draw's number, are the test, and all shots lie in the other sectors. Otherwise all
+/// chips at the test depression are, or, of a class without any, all training chips that are no shots.
 Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, bool validate);
 
 /// Chips of an arm beside the draw's shots; none for Arm::none.
@@ -131,24 +144,38 @@ inline constexpr int kStoredSide = 88 + 2 * 8;
 /// Chips as a tensor, the central kStoredSide × kStoredSide pixels.
 LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const std::int64_t> labels);
 
+/// Power of the stored pixels.
+std::vector<Image<float>> powers_of(const LabelledChips& chips);
+
+/// The test chips, with targets and shadows on the backgrounds of other test chips: of the same class (a control: whatever this costs is
+/// the exchange's own fault) or of other classes. Targets and shadows are regions of find_regions() around the centre, and 3 pixels more.
+LabelledChips with_exchanged_background(const std::vector<ClassChips>& chips, const Draw& draw, bool validate, bool within_class);
+
+/// Statistics of the background of measured chips and of learned ones at the same azimuths, and how often a network can tell them apart;
+/// in Markdown. Of the first draw with the most shots.
+std::string clutter_text(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
+
+/// Numbers of test chips: [true class][answer].
+using Confusion = std::vector<std::vector<int>>;
+
+/// Part of the test chips that were recognised.
+double accuracy(const Confusion& confusion);
+
 /// One trained classifier and its answers on the test chips.
 struct Cell {
   Classifier classifier = Classifier::a_convnet;
   Arm arm = Arm::none;
   int n_shots = 0, draw = 0;
-  std::vector<std::vector<int>> confusion;  ///< [true class][answer]
+  Confusion confusion;
+  Confusion within, across;  ///< with the background exchanged within and across classes; empty if not asked for
   double seconds = 0.0;
-
-  int n_test() const;
-  int n_correct() const;
-  double accuracy() const { return n_test() > 0 ? static_cast<double>(n_correct()) / n_test() : 0.0; }
 };
 
 /// Makes all cells that are not in the folder yet, and writes each as it ends. Throws Interrupted.
 std::vector<Cell> run_study(const Options& options, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor);
 
 /// Writes the chips that classifiers would learn from, float32 TIFFs of amplitude: FOLDER/SHOTS_DRAW/ARM/CLASS/shot_000.tif and
-/// generated_000.tif. Returns the number of files.
+/// generated_000.tif, and files of draws, DRAWS/SHOTS_DRAW.pt. Returns the number of chips.
 std::size_t export_chips(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
 
 /// The study as it is planned, before any work: chips, cells, and how long it may take.

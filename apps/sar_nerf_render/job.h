@@ -67,7 +67,7 @@ struct Job {
   Model model;
   Quantity quantity = Quantity::power;
   std::vector<DatasetView> views;  ///< image names still empty
-  ImageFormation speckle;          ///< none: looks are infinite
+  ClutterModel clutter;            ///< none: looks are infinite
   Json request;                    ///< of the recipe
 };
 

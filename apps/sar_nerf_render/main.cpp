@@ -113,11 +113,12 @@ Json request_of(const Job& job, const std::filesystem::path& file) {
     j["image"]["resolution_m"] = r ? Json{r->azimuth_m, r->range_m} : Json("none");
     if (r) j["image"]["window"] = text_of(r->window);
   }
-  if (job.speckle.speckle()) {
-    Json& speckle = j["image"]["speckle"] = {{"looks", job.speckle.looks}, {"seed", job.speckle.seed}};
-    if (const auto& r = job.speckle.resolution_m) {
+  if (job.clutter.radar.speckle()) {
+    Json& speckle = j["image"]["speckle"] = {{"looks", job.clutter.radar.looks}, {"seed", job.clutter.radar.seed}};
+    if (job.clutter.texture_variance > 0.0) speckle["texture_variance"] = job.clutter.texture_variance;
+    if (const auto& r = job.clutter.radar.resolution_m) {
       speckle["resolution_m"] = {r->first, r->second};
-      speckle["window"] = text_of(job.speckle.window);
+      speckle["window"] = text_of(job.clutter.radar.window);
     }
   }
   return valid_text(j);
@@ -178,20 +179,21 @@ void choose_resolution(const Options& o, LearnedField& field) {
 }
 
 /// The speckle that was asked for. Its response is the field's, or the one that was given, or fits the clutter of the training images.
-ImageFormation speckle_of(const Job& job, const Monitor& monitor) {
+ClutterModel clutter_of(const Job& job, const Monitor& monitor) {
   const Options& o = job.options;
-  ImageFormation formation;
-  if (o.speckle.kind == SpeckleChoice::Kind::none) return formation;
+  ClutterModel clutter;
+  ImageFormation& formation = clutter.radar;
+  if (o.speckle.kind == SpeckleChoice::Kind::none) return clutter;
   formation.looks = o.speckle.looks;
   if (o.speckle.kind == SpeckleChoice::Kind::training) {
     std::vector<Image<float>> powers;
     for (PosedImage& image : training_images(job, monitor)) powers.push_back(std::move(image.power));
     // MSTAR's window: the shape of the response matters less than its width, which the clutter shows.
     const DatasetView& v = job.model.info.acquisition;
-    const auto fitted = fitted_speckle(powers, Window{Window::Kind::taylor}, v.azimuth_spacing_m, v.range_spacing_m);
+    const auto fitted = fitted_clutter(powers, Window{Window::Kind::taylor}, v.azimuth_spacing_m, v.range_spacing_m);
     if (!fitted)
       throw UsageError("--looks training: the training images have no clutter around the target; give a number of looks, or none");
-    formation = *fitted;
+    clutter = *fitted;
   }
   formation.seed = static_cast<std::uint64_t>(o.seed);
   std::optional<Resolution> known = job.model.field->resolution;
@@ -201,7 +203,7 @@ ImageFormation speckle_of(const Job& job, const Monitor& monitor) {
     formation.window = known->window;
   }
   for (const DatasetView& v : job.views) validate(formation, v.azimuth_spacing_m, v.range_spacing_m);
-  return formation;
+  return clutter;
 }
 
 /// Refuses too many range bins: rays are cut at their borders wherever they meet occupied voxels, inside the image
@@ -242,7 +244,7 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   job.views = views_of(options, job.model.info);
   if (const auto& r = job.model.field->resolution)  // refuses an impossible response before anything is written
     impulse_response(*r, job.views.front().azimuth_spacing_m, job.views.front().range_spacing_m);
-  job.speckle = speckle_of(job, monitor);
+  job.clutter = clutter_of(job, monitor);
   job.request = request_of(job, file);
   refuse_beyond_memory(job);
   refuse_countless_bins(job);
@@ -254,16 +256,17 @@ namespace {
 
 Image<float> formed_view(const Job& job, const Acquisition& acquisition) {
   const LearnedField& field = *job.model.field;
-  if (!field.resolution || !job.speckle.speckle()) {
+  if (!field.resolution || !job.clutter.radar.speckle()) {
     Image<float> image = render_view(field, acquisition);
-    multiply_by_speckle(image, job.speckle, acquisition);
+    multiply_by_clutter(image, job.clutter, acquisition);
     return image;
   }
-  const Border border = border_of(impulse_response(job.speckle, acquisition.azimuth_spacing_m, acquisition.range_spacing_m),
+  const Border border = border_of(impulse_response(job.clutter.radar, acquisition.azimuth_spacing_m, acquisition.range_spacing_m),
                                   acquisition.n_azimuth, acquisition.n_range);
   const Acquisition wide = widened(acquisition, border);
   Image<float> image = render_sharp_view(field, wide);
-  form_image(image, job.speckle, wide, 0.0);
+  multiply_by_texture(image, job.clutter, wide);
+  form_image(image, job.clutter.radar, wide, 0.0);
   return without_border(std::move(image), border);
 }
 
@@ -281,10 +284,12 @@ Image<float> make_image(const Job& job, const DatasetView& view) {
 
 namespace {
 
-std::string speckle_text(const ImageFormation& speckle) {
+std::string speckle_text(const ClutterModel& clutter) {
+  const ImageFormation& speckle = clutter.radar;
   if (!speckle.speckle()) return "";
   std::string text = format("\n  speckle   %.3g looks, seed %llu", speckle.looks, static_cast<unsigned long long>(speckle.seed));
   if (const auto& r = speckle.resolution_m) text += ", " + resolution_text({r->first, r->second, speckle.window});
+  if (clutter.texture_variance > 0.0) text += format(", texture of variance %.2f", clutter.texture_variance);
   return text;
 }
 
@@ -306,7 +311,7 @@ std::string explain(const Job& job) {
          " and " + counted(static_cast<std::uint64_t>(info.steps), "step") + "\n  views     " +
          views +
          (job.model.field->resolution ? "\n  impulse response  " + resolution_text(*job.model.field->resolution) : "") +
-         speckle_text(job.speckle) +
+         speckle_text(job.clutter) +
          "\n  left out  rows and rays that miss the occupied part of the field; the "
          "rest of a ray behind an "
          "optical depth of 20\n  output    " + place;

@@ -2,6 +2,9 @@
 #include "sarnerf/formation/clutter.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <random>
 #include <vector>
 
 #include "sarnerf/core/image_analysis.h"
@@ -54,24 +57,35 @@ void add_image(const Image<float>& power, const Image<std::uint8_t>& mask, Sums&
     }
 }
 
-/// Autocorrelation of power of neighbours under the response of this resolution.
-double neighbour_correlation(const Window& window, double resolution_m, double spacing_m) {
-  const std::vector<double> taps = make_kernel(window, resolution_m, spacing_m).taps;
+double sum_of_fourth_powers(const std::vector<double>& taps) {
   double sum = 0.0;
-  for (std::size_t n = 0; n + 1 < taps.size(); ++n) sum += taps[n] * taps[n + 1];
-  return sum * sum;
+  for (const double h : taps) sum += h * h * h * h;
+  return sum;
+}
+
+/// Autocorrelation of power of neighbours under the response of this resolution, on texture of variance v, for one look.
+double neighbour_correlation(const Window& window, double resolution_m, double spacing_m, double v) {
+  const std::vector<double> taps = make_kernel(window, resolution_m, spacing_m).taps;
+  double amplitudes = 0.0, powers = 0.0;
+  for (std::size_t n = 0; n + 1 < taps.size(); ++n) {
+    const double product = taps[n] * taps[n + 1];
+    amplitudes += product;
+    powers += product * product;
+  }
+  const double speckle = amplitudes * amplitudes, texture = v * powers / sum_of_fourth_powers(taps);
+  return (speckle + 2.0 * texture) / (1.0 + 2.0 * v);
 }
 
 /// The resolution (m) whose neighbours have this correlation; nothing if the narrowest possible one has more.
-std::optional<double> resolution_of(double correlation, const Window& window, double spacing_m) {
+std::optional<double> resolution_of(double correlation, const Window& window, double spacing_m, double v) {
   constexpr int kHalvings = 40;
   constexpr double kWidest_pixels = 20.0;
   // A band of 1 / spacing: wider ones are aliased.
   double low = Taper(window).broadening() * spacing_m * (1.0 + 1e-9), high = kWidest_pixels * spacing_m;
-  if (correlation <= neighbour_correlation(window, low, spacing_m)) return std::nullopt;
+  if (correlation <= neighbour_correlation(window, low, spacing_m, v)) return std::nullopt;
   for (int n = 0; n < kHalvings; ++n) {
     const double middle = 0.5 * (low + high);
-    (neighbour_correlation(window, middle, spacing_m) < correlation ? low : high) = middle;
+    (neighbour_correlation(window, middle, spacing_m, v) < correlation ? low : high) = middle;
   }
   return 0.5 * (low + high);
 }
@@ -94,38 +108,48 @@ std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>
   return result;
 }
 
-std::optional<Resolution> fitted_resolution(const ClutterStatistics& clutter, const Window& window, double azimuth_spacing_m,
-                                            double range_spacing_m) {
-  const auto azimuth_m = resolution_of(clutter.azimuth.front(), window, azimuth_spacing_m),
-             range_m = resolution_of(clutter.range.front(), window, range_spacing_m);
-  if (!azimuth_m || !range_m) return std::nullopt;
-  return Resolution{*azimuth_m, *range_m, window};
-}
-
-std::optional<ImageFormation> fitted_speckle(std::span<const Image<float>> powers, const Window& window, double azimuth_spacing_m,
-                                             double range_spacing_m) {
+std::optional<ClutterModel> fitted_clutter(std::span<const Image<float>> powers, const Window& window, double azimuth_spacing_m,
+                                           double range_spacing_m) {
+  constexpr double kMostLooks = 1000.0;
   const auto clutter = clutter_statistics(powers);
   if (!clutter) return std::nullopt;
-  ImageFormation formation;
-  formation.looks = std::clamp(clutter->looks, 1.0, 1000.0);
-  if (const auto resolution = fitted_resolution(*clutter, window, azimuth_spacing_m, range_spacing_m)) {
-    formation.resolution_m = {resolution->azimuth_m, resolution->range_m};
-    formation.window = resolution->window;
+  ClutterModel model;
+  model.radar.looks = std::clamp(clutter->looks, 1.0, kMostLooks);
+  model.texture_variance = std::max(0.0, 0.5 * (1.0 + 1.0 / clutter->looks) - 1.0);
+  const auto azimuth_m = resolution_of(clutter->azimuth.front(), window, azimuth_spacing_m, model.texture_variance),
+             range_m = resolution_of(clutter->range.front(), window, range_spacing_m, model.texture_variance);
+  if (azimuth_m && range_m) {
+    model.radar.resolution_m = {*azimuth_m, *range_m};
+    model.radar.window = window;
   }
-  return formation;
+  return model;
 }
 
-void multiply_by_speckle(Image<float>& mean_power, const ImageFormation& formation, const Acquisition& acquisition) {
-  if (!formation.speckle()) return;
-  const Border border = border_of(impulse_response(formation, acquisition.azimuth_spacing_m, acquisition.range_spacing_m),
+void multiply_by_texture(Image<float>& reflectivity, const ClutterModel& clutter, const Acquisition& acquisition) {
+  if (!(clutter.texture_variance > 0.0)) return;
+  const ImpulseResponse response = impulse_response(clutter.radar, acquisition.azimuth_spacing_m, acquisition.range_spacing_m);
+  const double variance =
+      clutter.texture_variance / (sum_of_fourth_powers(response.azimuth.taps) * sum_of_fourth_powers(response.range.taps));
+  // Each view has a texture of its own: the model is of one look at one pose, not of the ground.
+  std::seed_seq seed{clutter.radar.seed, clutter.radar.seed >> 32, std::bit_cast<std::uint64_t>(acquisition.azimuth_rad),
+                     std::bit_cast<std::uint64_t>(acquisition.azimuth_rad) >> 32};
+  std::mt19937_64 random(seed);
+  std::gamma_distribution<double> tau(1.0 / variance, variance);
+  for (float& p : reflectivity.pixels()) p = static_cast<float>(double{p} * tau(random));
+}
+
+void multiply_by_clutter(Image<float>& mean_power, const ClutterModel& clutter, const Acquisition& acquisition) {
+  if (!clutter.radar.speckle()) return;
+  const Border border = border_of(impulse_response(clutter.radar, acquisition.azimuth_spacing_m, acquisition.range_spacing_m),
                                   acquisition.n_azimuth, acquisition.n_range);
   const Acquisition wide = widened(acquisition, border);
-  ImageFormation without_noise = formation;
+  ImageFormation without_noise = clutter.radar;
   without_noise.nesz_db.reset();
-  Image<float> clutter(wide.n_azimuth, wide.n_range, 1.0f);
-  form_image(clutter, without_noise, wide, 0.0);
-  clutter = without_border(std::move(clutter), border);
-  for (std::size_t n = 0; n < clutter.pixels().size(); ++n) mean_power.pixels()[n] *= clutter.pixels()[n];
+  Image<float> factor(wide.n_azimuth, wide.n_range, 1.0f);
+  multiply_by_texture(factor, clutter, wide);
+  form_image(factor, without_noise, wide, 0.0);
+  factor = without_border(std::move(factor), border);
+  for (std::size_t n = 0; n < factor.pixels().size(); ++n) mean_power.pixels()[n] *= factor.pixels()[n];
 }
 
 }  // namespace sarnerf

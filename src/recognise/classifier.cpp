@@ -18,6 +18,7 @@ std::string_view name(Classifier classifier) {
     case Classifier::resnet50: return "resnet50";
     case Classifier::nearest_neighbour: return "nearest";
     case Classifier::background: return "background";
+    case Classifier::texture: return "texture";
   }
   return "";
 }
@@ -26,6 +27,7 @@ int crop_pixels(Classifier classifier) {
   switch (classifier) {
     case Classifier::resnet50: return 64;
     case Classifier::nearest_neighbour: return 48;
+    case Classifier::texture: return 24;
     default: return 88;
   }
 }
@@ -115,7 +117,10 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
   const int side = crop_pixels(classifier);
   require_room(training.shots.amplitude, side, o.shift_pixels);
   torch::manual_seed(o.seed);
-  torch::nn::Sequential net = classifier == Classifier::resnet50 ? resnet50(n_classes) : a_convnet(n_classes);
+  torch::nn::Sequential net = classifier == Classifier::resnet50  ? resnet50(n_classes)
+                              : classifier == Classifier::texture ? texture_network(n_classes)
+                                                                  : a_convnet(n_classes);
+  net->to(o.device);
   torch::optim::AdamW optimiser(net->parameters(), torch::optim::AdamWOptions(o.rate).weight_decay(o.weight_decay));
   const Deck shots(training.shots, n_classes);
   const bool has_generated = training.generated.size() > 0;
@@ -128,8 +133,8 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
     if (n_shots > 0 && n_shots < o.batch) batch = joined(batch, generated.draw(o.batch - n_shots));
     for (auto& group : optimiser.param_groups()) group.options().set_lr(o.rate * rate_at((step + 0.5) / o.n_steps));
     optimiser.zero_grad();
-    const torch::Tensor scores = net->forward(disturbed(batch.amplitude, side, o));
-    torch::nn::functional::cross_entropy(scores, batch.label).backward();
+    const torch::Tensor scores = net->forward(disturbed(batch.amplitude, side, o).to(o.device));
+    torch::nn::functional::cross_entropy(scores, batch.label.to(o.device)).backward();
     optimiser.step();
     if (report) report(step + 1, o.n_steps);
   }
@@ -138,7 +143,7 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
   const torch::NoGradGuard guard;
   std::vector<torch::Tensor> scores;
   for (const torch::Tensor& part : test_amplitude.split(256))
-    scores.push_back(torch::log_softmax(net->forward(normalised_crops(part, side).unsqueeze(1)), 1));
+    scores.push_back(torch::log_softmax(net->forward(normalised_crops(part, side).unsqueeze(1).to(o.device)), 1).cpu());
   return torch::cat(scores);
 }
 
@@ -221,6 +226,15 @@ torch::Tensor background_scores(const LabelledChips& training, const torch::Tens
 }
 
 }  // namespace
+
+std::vector<std::vector<int>> confusion_of(const torch::Tensor& scores, const torch::Tensor& label, int n_classes) {
+  const auto n = static_cast<std::size_t>(n_classes);
+  std::vector<std::vector<int>> confusion(n, std::vector<int>(n, 0));
+  const torch::Tensor answer = scores.argmax(1);
+  for (std::int64_t k = 0; k < label.size(0); ++k)
+    ++confusion[static_cast<std::size_t>(label[k].item<std::int64_t>())][static_cast<std::size_t>(answer[k].item<std::int64_t>())];
+  return confusion;
+}
 
 torch::Tensor classify(Classifier classifier, const TrainingChips& training, const torch::Tensor& test_amplitude, int n_classes,
                        const ClassifierOptions& options, const ProgressReport& report) {

@@ -25,6 +25,21 @@ torch::nn::Sequential a_convnet(int n_classes) {
   return net;
 }
 
+torch::nn::Sequential texture_network(int n_classes) {
+  nn::Sequential net;
+  int from = 1;
+  for (const int to : {16, 32, 64}) {
+    net->push_back(nn::Conv2d(nn::Conv2dOptions(from, to, 3)));
+    net->push_back(nn::BatchNorm2d(to));
+    net->push_back(nn::ReLU());
+    from = to;
+  }
+  net->push_back(nn::AdaptiveAvgPool2d(1));
+  net->push_back(nn::Flatten());
+  net->push_back(nn::Linear(from, n_classes));
+  return net;
+}
+
 namespace {
 
 nn::Conv2d convolution(int from, int to, int side, int stride) {

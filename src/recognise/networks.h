@@ -15,4 +15,8 @@ torch::nn::Sequential a_convnet(int n_classes);
 /// [n, 1, h, w] → [n, classes].
 torch::nn::Sequential resnet50(int n_classes);
 
+/// Three convolutions of 3 × 3, with 16, 32 and 64 features, and the mean over all pixels: it sees texture, not shape.
+/// [n, 1, h, w] → [n, classes].
+torch::nn::Sequential texture_network(int n_classes);
+
 }  // namespace sarnerf

@@ -94,10 +94,24 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   CHECK(chips.run({{"--train-depression", "40"}, {"--test-depression", "45"}, {"--output", "other"}}).code == 3);
   CHECK(!fs::exists(chips / "other"));
 
-  const Outcome exported = chips.run({{"--export", "exported"}, {"--draws", "1"}});
+  const Outcome exported = chips.run({{"--export", "exported"}, {"--export-draws", "draws"}, {"--draws", "1"}});
   INFO(exported.err);
-  CHECK(exported.code == 0);
+  REQUIRE(exported.code == 0);
   CHECK(fs::exists(chips / "exported/04_00/learned/cuboid/generated_000.tif"));
+
+  // The program for other machines makes the same cells of the file.
+  const auto recognise = [&](const std::vector<std::string>& arguments) { return run_program(SAR_RECOGNISE, arguments, chips.path()); };
+  const Outcome elsewhere = recognise({"draws/04_00.pt", "--classifier", "nearest", "--classifier", "a-convnet", "--arm", "learned"});
+  INFO(elsewhere.err);
+  REQUIRE(elsewhere.code == 0);
+  const auto cell = [&](const std::string& file) { return Json::parse(read_text(chips / file)); };
+  CHECK(cell("cells/nearest_learned_04_00.json").at("confusion") == cell("study/cells/nearest_learned_04_00.json").at("confusion"));
+  fs::copy_file(chips / "cells/a-convnet_learned_04_00.json", chips / "study/cells/a-convnet_learned_04_00.json",
+                fs::copy_options::overwrite_existing);
+  CHECK(chips.run({}).code == 0);
+  CHECK(recognise({"draws/04_00.pt", "--arm", "lerned"}).code == 1);
+  CHECK(recognise({"study/report.json"}).is_error("is not a file of a draw of shots"));
+  CHECK(recognise({"draws/04_00.pt", "--classifier", "resnet"}).code == 2);
   CHECK(chips.run({{"--shots", "20"}, {"--validate", ""}, {"--output", "validation"}}).is_error("expected 20 shots"));
   CHECK(chips.run({{"--dry-run", ""}}).out.find("14: classifiers") != std::string::npos);
 }

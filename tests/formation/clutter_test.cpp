@@ -38,21 +38,36 @@ std::vector<Image<float>> measured(double looks, double azimuth_m, double range_
 
 TEST_CASE("looks and resolution come back from the clutter around a target", "[clutter]") {
   for (const double looks : {1.0, 4.0}) {
-    const auto statistics = clutter_statistics(measured(looks, 0.3, 0.45, 8));
-    REQUIRE(statistics);
-    CHECK(statistics->looks == Approx(looks).epsilon(0.06));
-    const auto resolution = fitted_resolution(*statistics, window_from_text("taylor:-35,4"), 0.2, 0.2);
-    REQUIRE(resolution);
-    CHECK(resolution->azimuth_m == Approx(0.3).epsilon(0.05));
-    CHECK(resolution->range_m == Approx(0.45).epsilon(0.05));
+    const auto model = fitted_clutter(measured(looks, 0.3, 0.45, 8), window_from_text("taylor:-35,4"), 0.2, 0.2);
+    REQUIRE((model && model->radar.resolution_m));
+    CHECK(model->radar.looks == Approx(looks).epsilon(0.06));
+    CHECK(model->texture_variance < 0.03);
+    CHECK(model->radar.resolution_m->first == Approx(0.3).epsilon(0.05));
+    CHECK(model->radar.resolution_m->second == Approx(0.45).epsilon(0.05));
   }
+}
+
+TEST_CASE("texture beneath speckle of one look comes back, and so does the resolution", "[clutter]") {
+  ClutterModel truth{radar(1.0, 0.3, 0.35, 0), 0.3};
+  std::vector<Image<float>> images;
+  for (std::uint64_t n = 0; n < 24; ++n) {
+    truth.radar.seed = n;
+    images.emplace_back(128, 128, 2.0f);
+    multiply_by_clutter(images.back(), truth, view_of(73.0, 1000.0, 128, 128, 0.2));
+  }
+  const auto model = fitted_clutter(images, window_from_text("taylor:-35,4"), 0.2, 0.2);
+  REQUIRE((model && model->radar.resolution_m));
+  CHECK(model->radar.looks == 1.0);
+  CHECK(model->texture_variance == Approx(0.3).margin(0.04));
+  CHECK(model->radar.resolution_m->first == Approx(0.3).epsilon(0.05));
+  CHECK(model->radar.resolution_m->second == Approx(0.35).epsilon(0.05));
 }
 
 TEST_CASE("speckle put on a mean is that of a measured image", "[clutter]") {
   std::vector<Image<float>> images;
   for (std::uint64_t n = 0; n < 8; ++n) {
     images.emplace_back(128, 128, 3.0f);
-    multiply_by_speckle(images.back(), radar(1.0, 0.3, 0.45, 100 + n), view_of(73.0, 1000.0, 128, 128, 0.2));
+    multiply_by_clutter(images.back(), {radar(1.0, 0.3, 0.45, 100 + n)}, view_of(73.0, 1000.0, 128, 128, 0.2));
   }
   const auto put = clutter_statistics(images), real = clutter_statistics(measured(1.0, 0.3, 0.45, 8));
   REQUIRE((put && real));
@@ -75,11 +90,11 @@ TEST_CASE("clutter of independent pixels has no resolution, and black images no 
     ImageFormation f;
     f.looks = 1.0;
     f.seed = n;
-    multiply_by_speckle(images.back(), f, view_of(45.0, 1000.0, 128, 128, 0.2));
+    multiply_by_clutter(images.back(), {f}, view_of(45.0, 1000.0, 128, 128, 0.2));
   }
   const auto statistics = clutter_statistics(images);
   REQUIRE(statistics);
   CHECK(statistics->azimuth[0] == Approx(0.0).margin(0.02));
-  CHECK(!fitted_resolution(*statistics, window_from_text("taylor:-35,4"), 0.2, 0.2));
+  CHECK(!fitted_clutter(images, window_from_text("taylor:-35,4"), 0.2, 0.2)->radar.resolution_m);
   CHECK(!clutter_statistics(std::vector{Image<float>(64, 64, 0.0f)}));
 }

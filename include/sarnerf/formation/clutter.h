@@ -28,21 +28,28 @@ struct ClutterStatistics {
 /// of 100 pixels. Cost: a blur and ten passes over each image.
 std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>> powers);
 
-/// The resolution of a radar with this window whose speckle has the measured autocorrelation of neighbours. For fully developed
-/// speckle with the impulse response h of energy 1, the autocorrelation of power at k pixels is (Σ_n h_n h_{n+k})² (Goodman 1975),
-/// along each axis, for any number of looks. Empty where neighbours along an axis are no more correlated than the sampling of the
-/// narrowest possible response makes them: then speckle is independent from pixel to pixel.
-std::optional<Resolution> fitted_resolution(const ClutterStatistics& clutter, const Window& window, double azimuth_spacing_m,
-                                            double range_spacing_m);
+/// Clutter by the product model (Ward 1981): speckle of a radar on a reflectivity τ that varies from pixel to pixel. τ is independent
+/// and gamma-distributed, so that power of one look without an impulse response has a K distribution.
+struct ClutterModel {
+  ImageFormation radar;
+  /// Variance over mean² of τ as the radar's response |h|² averages it. τ itself has 1 / Σ|h|⁴ times as much.
+  double texture_variance = 0.0;
+};
 
-/// The speckle of images of one spacing: looks and resolution of their clutter. Texture makes speckle of one look appear to have fewer;
-/// looks are within 1 and 1000. Empty where clutter_statistics() are.
-std::optional<ImageFormation> fitted_speckle(std::span<const Image<float>> powers, const Window& window, double azimuth_spacing_m,
-                                             double range_spacing_m);
+/// The model of images of one spacing. Power of L looks on texture of variance v has the variance (1 + v)(1 + 1 / L) − 1: up to 1, it
+/// is taken for speckle alone; what exceeds 1, speckle of one look cannot have, and is texture. The resolution follows from the
+/// autocorrelation of neighbours along each axis: (ρ + 2 v μ) / (1 + 2 v), with ρ = (Σ_n h_n h_{n+1})² (Goodman 1975; also that of any
+/// number of looks without texture) and μ = Σ_n h_n² h_{n+1}² / Σ_n h_n⁴. It is missing where neighbours are no more correlated than the narrowest possible response
+/// makes them: then pixels are independent. Empty where clutter_statistics() are.
+std::optional<ClutterModel> fitted_clutter(std::span<const Image<float>> powers, const Window& window, double azimuth_spacing_m,
+                                           double range_spacing_m);
 
-/// Puts speckle on an image of mean power that has the radar's impulse response already: multiplies it by the image that a radar of
-/// this formation makes of uniform clutter of power 1 (F5 without noise). Where the mean reflectivity without response is known,
-/// form_image() does the same exactly, sharp edges included. Throws and costs as form_image().
-void multiply_by_speckle(Image<float>& mean_power, const ImageFormation& formation, const Acquisition& acquisition);
+/// Multiplies a mean reflectivity without response by τ. The seed is the radar's.
+void multiply_by_texture(Image<float>& reflectivity, const ClutterModel& clutter, const Acquisition& acquisition);
+
+/// Puts speckle and texture on an image of mean power that has the radar's impulse response already: multiplies it by the image that the
+/// radar makes of clutter of power 1 (F5 without noise). Where the mean reflectivity without response is known, multiply_by_texture()
+/// and form_image() do the same exactly, sharp edges included. Throws and costs as form_image().
+void multiply_by_clutter(Image<float>& mean_power, const ClutterModel& clutter, const Acquisition& acquisition);
 
 }  // namespace sarnerf

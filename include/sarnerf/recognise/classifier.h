@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <torch/types.h>
 
@@ -33,9 +35,10 @@ enum class Classifier {
   resnet50,           ///< He et al. 2016, 64 × 64 pixels, from random weights
   nearest_neighbour,  ///< the class of the chip with the highest correlation; 48 × 48 pixels, blurred
   background,         ///< logistic regression on the four corners of 88 × 88 pixels: what the clutter alone gives away
+  texture,            ///< three convolutions of 24 × 24 pixels and their mean: for patches of clutter, not for targets
 };
 
-/// "a-convnet", "resnet50", "nearest", "background".
+/// "a-convnet", "resnet50", "nearest", "background", "texture".
 std::string_view name(Classifier classifier);
 
 /// Side of the square that a classifier looks at (pixels), the same for all chips.
@@ -53,6 +56,7 @@ struct ClassifierOptions {
   /// Part of a batch that is drawn from the shots, if there are generated chips.
   double shot_fraction = 0.5;
   std::uint64_t seed = 1;  ///< of weights, batches, crops and dropout
+  torch::Device device = torch::kCPU;  ///< where networks are trained; chips may stay where they are
 };
 
 /// Called after each step; may throw to stop.
@@ -74,5 +78,23 @@ torch::Tensor classify(Classifier classifier, const TrainingChips& training, con
 /// Square root of amplitude, the central `side` × `side` pixels, moved by (row, column), mean 0 and standard deviation 1:
 /// [n, side, side]. A constant chip becomes 0.
 torch::Tensor normalised_crops(const torch::Tensor& amplitude, int side, int row = 0, int column = 0);
+
+/// Everything that the classifiers of one draw of shots need, as one file: sar_fewshot writes it where the chips are, and
+/// standalone/ reads it where a GPU is.
+struct DrawFile {
+  std::vector<std::string> classes;
+  int n_shots = 0, draw = 0;
+  ClassifierOptions options;
+  LabelledChips shots, test;
+  std::map<std::string, LabelledChips> generated;  ///< by arm; without chips for the shots alone
+};
+
+/// Number of test chips of each class (rows) that got each answer (columns). Ties have the first of the highest scores.
+std::vector<std::vector<int>> confusion_of(const torch::Tensor& scores, const torch::Tensor& label, int n_classes);
+
+/// A pickled dictionary of tensors, numbers and texts, which Python's torch.load() reads too. The device is not kept.
+/// Throws std::runtime_error for a file that cannot be written, or is something else.
+void write_draw_file(const std::string& path, const DrawFile& draw);
+DrawFile read_draw_file(const std::string& path);
 
 }  // namespace sarnerf

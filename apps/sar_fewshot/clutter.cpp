@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two questions about the background of chips. Do classifiers recognise targets by it? Then they fail where it is exchanged. And is that
+// of generated chips like that of measured ones? Then a classifier cannot tell them apart.
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <utility>
+
+#include "sarnerf/core/error.h"
+#include "sarnerf/core/files.h"
+#include "sarnerf/core/image_analysis.h"
+#include "sarnerf/core/text.h"
+#include "sarnerf/formation/clutter.h"
+#include "sarnerf/report/page.h"
+#include "study.h"
+#include "torch_setup.h"
+
+namespace sarnerf::app {
+
+// The exchange.
+
+namespace {
+
+/// A chip, where its target and its shadow are, and the power of its background.
+struct Separated {
+  const Image<float>* power = nullptr;
+  Image<std::uint8_t> kept;
+  double background_power = 0.0;
+};
+
+/// Pixels of target or shadow that hang together with those next to the centre, and their surroundings. Others are speckle.
+Separated separated(const Image<float>& power) {
+  constexpr int kCentre_pixels = 16, kDilation_pixels = 3;
+  Separated result{&power, Image<std::uint8_t>(power.n_azimuth(), power.n_range()), 1.0};
+  const std::optional<Regions> regions = find_regions(power);
+  if (!regions) return result;
+  result.background_power = regions->background_power;
+  const int middle_i = power.n_azimuth() / 2, middle_j = power.n_range() / 2;
+  Image<float> found(power.n_azimuth(), power.n_range());
+  std::vector<std::pair<int, int>> open;
+  const auto offer = [&](int i, int j) {
+    if (i < 0 || j < 0 || i >= power.n_azimuth() || j >= power.n_range() || found(i, j) != 0.0f || regions->background(i, j) != 0) return;
+    found(i, j) = 1.0f;
+    open.emplace_back(i, j);
+  };
+  for (int i = middle_i - kCentre_pixels; i <= middle_i + kCentre_pixels; ++i)
+    for (int j = middle_j - kCentre_pixels; j <= middle_j + kCentre_pixels; ++j) offer(i, j);
+  while (!open.empty()) {
+    const auto [i, j] = open.back();
+    open.pop_back();
+    for (const auto& [di, dj] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) offer(i + di, j + dj);
+  }
+  result.kept = target_mask(found, {.share_of_peak = 0.0, .dilation_pixels = kDilation_pixels});
+  return result;
+}
+
+/// The target and the shadow of one chip on the background of another one, which is scaled to the first one's power. Where the other chip
+/// has its own target there is background of its edge, half a chip away.
+Image<float> on_background_of(const Separated& target, const Separated& donor) {
+  Image<float> result = *target.power;
+  const Image<float>& other = *donor.power;
+  const auto gain = static_cast<float>(target.background_power / donor.background_power);
+  for (int i = 0; i < result.n_azimuth(); ++i)
+    for (int j = 0; j < result.n_range(); ++j) {
+      if (target.kept(i, j) != 0) continue;
+      const bool from_here = donor.kept(i, j) == 0;
+      const int from_i = from_here ? i : (i + other.n_azimuth() / 2) % other.n_azimuth();
+      const int from_j = from_here ? j : (j + other.n_range() / 2) % other.n_range();
+      result(i, j) = gain * other(from_i, from_j);
+    }
+  return result;
+}
+
+}  // namespace
+
+LabelledChips with_exchanged_background(const std::vector<ClassChips>& chips, const Draw& draw, bool validate, bool within_class) {
+  std::vector<Separated> separate;
+  std::vector<std::int64_t> labels;
+  std::vector<const PosedImage*> originals;
+  for (std::size_t c = 0; c < chips.size(); ++c)
+    for (const std::size_t n : draw.test[c]) {
+      originals.push_back(&tested_chips(chips[c], validate)[n]);
+      labels.push_back(static_cast<std::int64_t>(c));
+    }
+  separate.resize(originals.size());
+  parallel_for(originals.size(), 8, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) separate[n] = separated(originals[n]->power);
+  });
+  std::mt19937_64 random(static_cast<std::uint64_t>(1000 * draw.n_shots + draw.number));
+  std::vector<std::size_t> donor(originals.size());
+  for (std::size_t n = 0; n < donor.size(); ++n) {
+    // A class with a single test chip keeps its background in the control.
+    std::vector<std::size_t> possible;
+    for (std::size_t m = 0; m < donor.size(); ++m)
+      if (m != n && (labels[m] == labels[n]) == within_class && originals[m]->power.n_azimuth() == originals[n]->power.n_azimuth() &&
+          originals[m]->power.n_range() == originals[n]->power.n_range())
+        possible.push_back(m);
+    donor[n] = possible.empty() ? n : possible[std::uniform_int_distribution<std::size_t>(0, possible.size() - 1)(random)];
+  }
+  std::vector<PosedImage> exchanged(originals.size());
+  parallel_for(originals.size(), 8, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n)
+      exchanged[n] = {originals[n]->name, originals[n]->acquisition, on_background_of(separate[n], separate[donor[n]])};
+  });
+  std::vector<const PosedImage*> pointers;
+  for (const PosedImage& chip : exchanged) pointers.push_back(&chip);
+  return labelled(pointers, labels);
+}
+
+// Measured and generated background.
+
+namespace {
+
+/// The four corners of every chip, 24 × 24 pixels: the background around the target.
+torch::Tensor corners(const torch::Tensor& amplitude) {
+  const int side = crop_pixels(Classifier::texture);
+  const std::int64_t last_row = amplitude.size(1) - side, last_column = amplitude.size(2) - side;
+  std::vector<torch::Tensor> all;
+  for (const std::int64_t row : {std::int64_t{0}, last_row})
+    for (const std::int64_t column : {std::int64_t{0}, last_column}) all.push_back(amplitude.narrow(1, row, side).narrow(2, column, side));
+  return torch::cat(all);
+}
+
+torch::Tensor of_classes(const LabelledChips& chips, std::int64_t remainder) {
+  return corners(chips.amplitude.index_select(0, torch::nonzero(chips.label.remainder(2) == remainder).flatten()));
+}
+
+/// Two kinds of patches, 0 and 1, as many of each.
+LabelledChips two_kinds(const torch::Tensor& a, const torch::Tensor& b) {
+  const std::int64_t n = std::min(a.size(0), b.size(0));
+  return {torch::cat({a.narrow(0, 0, n), b.narrow(0, 0, n)}),
+          torch::cat({torch::zeros({n}, torch::kInt64), torch::ones({n}, torch::kInt64)})};
+}
+
+struct ToldApart {
+  double accuracy = 0.0;
+  std::int64_t n_patches = 0;
+};
+
+/// How often a network that learned to tell the background of two kinds of chips apart, on every second class, does so on the others.
+ToldApart told_apart(const LabelledChips& a, const LabelledChips& b, const ClassifierOptions& training, const Monitor& monitor) {
+  ClassifierOptions options = training;
+  options.shift_pixels = 0;
+  const LabelledChips test = two_kinds(of_classes(a, 1), of_classes(b, 1));
+  use_torch_threads(thread_count());
+  const torch::Tensor scores = classify(Classifier::texture, {two_kinds(of_classes(a, 0), of_classes(b, 0)), {}}, test.amplitude, 2,
+                                        options, [&](int done, int total) {
+                                          monitor.check();
+                                          monitor.report("telling backgrounds apart", static_cast<std::uint64_t>(done),
+                                                         static_cast<std::uint64_t>(total));
+                                        });
+  return {(scores.argmax(1) == test.label).to(torch::kDouble).mean().item<double>(), test.size()};
+}
+
+ClutterStatistics statistics_of(const LabelledChips& chips, const char* which) {
+  const auto statistics = clutter_statistics(powers_of(chips));
+  if (!statistics) throw InputError(format("%s chips: expected a background around the target, found none", which));
+  return *statistics;
+}
+
+}  // namespace
+
+std::string clutter_text(const Options& o, const std::vector<ClassChips>& chips, const Monitor& monitor) {
+  const auto cache = o.output / "generated";
+  make_folder(cache);
+  const Draw draw = draw_shots(chips, *std::ranges::max_element(o.shots), 0, o.validate);
+  const LabelledChips measured = generated_chips(Arm::measured, chips, draw, o, cache, monitor);
+  GenerationOptions more_looks = o.generation;
+  more_looks.looks_factor = 2.0;
+  Options doubled = o;
+  doubled.generation = more_looks;
+  const LabelledChips one = generated_chips(Arm::learned, chips, draw, o, cache, monitor),
+                      two = generated_chips(Arm::learned, chips, draw, doubled, cache, monitor);
+  const ClutterStatistics a = statistics_of(measured, "measured"), b = statistics_of(one, "generated");
+
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&](const std::string& what, double x, double y) {
+    rows.push_back({what, format("%.3f", x), format("%.3f", y), std::abs(x) < 0.05 ? "" : format("%+.0f %%", 100.0 * (y / x - 1.0))});
+  };
+  add("looks (mean² / variance)", a.looks, b.looks);
+  for (std::size_t lag = 0; lag < ClutterStatistics::kLags; ++lag) {
+    add(format("autocorrelation, %zu along track", lag + 1), a.azimuth[lag], b.azimuth[lag]);
+    add(format("autocorrelation, %zu in range", lag + 1), a.range[lag], b.range[lag]);
+  }
+  const ToldApart real = told_apart(measured, one, o.training, monitor), looks = told_apart(one, two, o.training, monitor);
+  return format("# Background of measured and of generated chips\n\n%lld chips of either kind, %d shots of each class\n\n",
+                static_cast<long long>(std::min(measured.size(), one.size())), draw.n_shots) +
+         markdown_table({{"background"}, {"measured", Align::right}, {"generated", Align::right}, {"difference", Align::right}}, rows) +
+         format("\nA network that learned on every second class tells corners of 24 × 24 pixels of the others apart:\n"
+                "measured from generated: %.1f %% of %lld (50 %% is chance)\n"
+                "the looks of generated chips from twice as many: %.1f %% of %lld\n",
+                100.0 * real.accuracy, static_cast<long long>(real.n_patches), 100.0 * looks.accuracy,
+                static_cast<long long>(looks.n_patches));
+}
+
+}  // namespace sarnerf::app

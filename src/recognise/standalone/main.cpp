@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// sar_recognise: trains the classifiers of sar_fewshot from files that it wrote (--export-draws), where there is LibTorch and nothing
+// else, such as on a machine with a GPU. Its cells belong into the folder `cells` of the study, which then makes its report of them.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <torch/torch.h>
+
+#include "sarnerf/recognise/classifier.h"
+
+namespace {
+
+using namespace sarnerf;
+
+constexpr const char* kUsage =
+    "Usage: sar_recognise FILE... [OPTION VALUE]...\n"
+    "Trains classifiers from files of sar_fewshot --export-draws, and writes a cell for each, CLASSIFIER_ARM_SHOTS_DRAW.json. Cells that\n"
+    "are there are not made again. Put them into the folder `cells` of the study; sar_fewshot then makes its report.\n"
+    "  --classifier NAME  a-convnet (default), resnet50, nearest or background; may be given again\n"
+    "  --arm NAME         only this arm of the files; may be given again\n"
+    "  --device NAME      cpu or cuda (default: cuda if there is one)\n"
+    "  -o FOLDER          of the cells (default cells)\n";
+
+/// A wrong command line.
+struct Usage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct Options {
+  std::vector<std::string> files, arms;
+  std::vector<Classifier> classifiers;
+  torch::Device device = torch::cuda::is_available() ? torch::kCUDA : torch::kCPU;
+  std::filesystem::path output = "cells";
+};
+
+Classifier classifier_named(const std::string& text) {
+  for (const Classifier c : {Classifier::a_convnet, Classifier::resnet50, Classifier::nearest_neighbour, Classifier::background})
+    if (name(c) == text) return c;
+  throw Usage("--classifier: expected a-convnet, resnet50, nearest or background, found '" + text + "'");
+}
+
+Options parse(const std::vector<std::string>& arguments) {
+  Options o;
+  for (std::size_t n = 0; n < arguments.size(); ++n) {
+    const std::string& option = arguments[n];
+    if (option.empty() || option.front() != '-') {
+      o.files.push_back(option);
+      continue;
+    }
+    if (n + 1 == arguments.size()) throw Usage(option + ": expected a value, found none; see --help");
+    const std::string& value = arguments[++n];
+    if (option == "--classifier") {
+      o.classifiers.push_back(classifier_named(value));
+    } else if (option == "--arm") {
+      o.arms.push_back(value);
+    } else if (option == "--device" && (value == "cpu" || value == "cuda")) {
+      o.device = value == "cuda" ? torch::kCUDA : torch::kCPU;
+      if (o.device.is_cuda() && !torch::cuda::is_available()) throw Usage("--device cuda: this LibTorch finds no GPU; leave it out");
+    } else if (option == "-o") {
+      o.output = value;
+    } else {
+      throw Usage(option + " " + value + ": expected an option of --help");
+    }
+  }
+  if (o.files.empty()) throw Usage("expected files of sar_fewshot --export-draws, found none; see --help");
+  if (o.classifiers.empty()) o.classifiers = {Classifier::a_convnet};
+  return o;
+}
+
+/// A cell, as sar_fewshot keeps it.
+std::string json_of(Classifier classifier, const std::string& arm, const DrawFile& draw, const std::vector<std::vector<int>>& confusion,
+                    double seconds) {
+  int n_test = 0, n_correct = 0;
+  std::ostringstream rows;
+  for (std::size_t c = 0; c < confusion.size(); ++c) {
+    rows << (c > 0 ? ", [" : "[");
+    for (std::size_t answer = 0; answer < confusion.size(); ++answer) {
+      rows << (answer > 0 ? ", " : "") << confusion[c][answer];
+      n_test += confusion[c][answer];
+    }
+    rows << "]";
+    n_correct += confusion[c][c];
+  }
+  std::ostringstream json;
+  json << "{\n \"accuracy\": " << (n_test > 0 ? static_cast<double>(n_correct) / n_test : 0.0) << ",\n \"arm\": \"" << arm
+       << "\",\n \"classifier\": \"" << name(classifier) << "\",\n \"confusion\": [" << rows.str() << "],\n \"draw\": " << draw.draw
+       << ",\n \"seconds\": " << seconds << ",\n \"shots\": " << draw.n_shots << "\n}\n";
+  return json.str();
+}
+
+void make_cell(const Options& o, Classifier classifier, const std::string& arm, const DrawFile& draw) {
+  char numbers[40];
+  std::snprintf(numbers, sizeof numbers, "_%02d_%02d.json", draw.n_shots, draw.draw);
+  const auto file = o.output / (std::string(name(classifier)) + "_" + arm + numbers);
+  if (std::filesystem::exists(file)) return;
+  ClassifierOptions options = draw.options;
+  options.device = o.device;
+  const auto start = std::chrono::steady_clock::now();
+  const int n_classes = static_cast<int>(draw.classes.size());
+  const torch::Tensor scores = classify(classifier, {draw.shots, draw.generated.at(arm)}, draw.test.amplitude, n_classes, options);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const std::string text = json_of(classifier, arm, draw, confusion_of(scores, draw.test.label, n_classes), seconds);
+  // Renamed when complete: an interrupted run leaves no half of a cell.
+  const auto part = std::filesystem::path(file).concat(".part");
+  std::ofstream out(part);
+  out << text;
+  out.close();
+  if (!out) throw std::runtime_error(part.string() + ": cannot be written; is the disk full?");
+  std::filesystem::rename(part, file);
+  std::printf("%s: %s, %.1f s\n", file.c_str(), text.substr(text.find("\"accuracy\""), 20).c_str(), seconds);
+  std::fflush(stdout);
+}
+
+void run(const Options& o) {
+  std::filesystem::create_directories(o.output);
+  for (const std::string& file : o.files) {
+    const DrawFile draw = read_draw_file(file);
+    for (const std::string& arm : o.arms)
+      if (draw.generated.count(arm) == 0) throw std::runtime_error(file + ": has no chips of the arm '" + arm + "'");
+    for (const Classifier classifier : o.classifiers)
+      for (const auto& [arm, chips] : draw.generated)
+        if (o.arms.empty() || std::find(o.arms.begin(), o.arms.end(), arm) != o.arms.end()) make_cell(o, classifier, arm, draw);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const std::vector<std::string> arguments(argv + 1, argv + argc);
+    for (const std::string& argument : arguments)
+      if (argument == "--help" || argument == "-h") return std::fputs(kUsage, stdout), 0;
+    run(parse(arguments));
+    return 0;
+  } catch (const Usage& e) {
+    std::fprintf(stderr, "sar_recognise: %s\n", e.what());
+    return 2;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "sar_recognise: %s\n", std::string(e.what()).substr(0, std::string(e.what()).find('\n')).c_str());
+    return 1;
+  }
+}
