@@ -192,7 +192,7 @@ TEXT
 
 ## Table 3: recognition from few chips$heading
 
-It is not made here: the recognition study is a program of its own, which is not there yet.
+It is made by a program of its own, \`sar_fewshot\`, beside what plain turning of the same chips gives: [recognition.md]($(realpath --relative-to="$out" "$root/docs/results/recognition.md")).
 TEXT
   if ! $counting; then made_at | text; fi
 }

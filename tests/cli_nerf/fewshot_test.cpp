@@ -112,6 +112,30 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   CHECK(recognise({"draws/04_00.pt", "--arm", "lerned"}).code == 1);
   CHECK(recognise({"study/report.json"}).is_error("is not a file of a draw of shots"));
   CHECK(recognise({"draws/04_00.pt", "--classifier", "resnet"}).code == 2);
+  // The background: exchanged between test chips, and compared with that of measured chips.
+  const Outcome exchanged = chips.run({{"--exchange-clutter", ""}, {"--arms", "none"}, {"--classifiers", "nearest"}, {"--draws", "1"},
+                                       {"--output", "exchanged"}});
+  INFO(exchanged.err);
+  REQUIRE(exchanged.code == 0);
+  CHECK(exchanged.out.find("across classes") != std::string::npos);
+  const Json tested = cell("exchanged/cells/nearest_none_04_00.json");
+  CHECK(tested.at("confusion") == cell("study/cells/nearest_none_04_00.json").at("confusion"));
+  CHECK(tested.at("confusion_across") != tested.at("confusion"));
+  const Outcome compared = chips.run({{"--check-clutter", ""}});
+  INFO(compared.err);
+  CHECK(compared.code == 0);
+  CHECK(compared.out.find("measured from generated: ") != std::string::npos);
+
+  // Chips generated for another depression, at which two classes have none.
+  for (const char* name : {"platform_upright", "l_building"}) fs::rename(chips / "chips" / name / "15", chips / (std::string(name) + "_15"));
+  CHECK(chips.run({{"--output", "other"}}).is_error("--test-rest"));
+  const Outcome rest = chips.run({{"--test-rest", ""}, {"--generate-depression", "15"}, {"--arms", "none,turned,rescaled,learned"},
+                                  {"--classifiers", "nearest"}, {"--output", "rest"}});
+  INFO(rest.err);
+  CHECK(rest.code == 0);
+  CHECK(rest.out.find("cuboid, 4 shots: false alarms") != std::string::npos);
+  CHECK(cell("rest/cells/nearest_rescaled_04_00.json").at("confusion") != cell("rest/cells/nearest_turned_04_00.json").at("confusion"));
+  for (const char* name : {"platform_upright", "l_building"}) fs::rename(chips / (std::string(name) + "_15"), chips / "chips" / name / "15");
   CHECK(chips.run({{"--shots", "20"}, {"--validate", ""}, {"--output", "validation"}}).is_error("expected 20 shots"));
   CHECK(chips.run({{"--dry-run", ""}}).out.find("14: classifiers") != std::string::npos);
 }

@@ -7,6 +7,7 @@
 #include "../nerf/torch_catch.h"
 #include "output_lock.h"
 #include "programs.h"
+#include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/model_file.h"
@@ -259,6 +260,48 @@ TEST_CASE("a model is compared with despeckled views, true neighbours beside it"
   CHECK(scene.render({"run", "--against", "test", "--despeckle", "3"}).is_error("--despeckle"));
   CHECK(scene.render({"run", "--despeckle", "3"}).is_error("--despeckle"));
   CHECK(scene.render({"run", "--against", "test", "--despeckle", "95"}).code == 2);
+}
+
+TEST_CASE("speckle on views has the looks and the seed that were asked for") {
+  const LearnedScene scene;
+  // Few of the scene's pixels are bright, so the looks are those of many views together: mean² over variance of the ratio to the mean.
+  REQUIRE(scene.render({"run", "--azimuth", "0:350:10", "-o", "mean"}).code == 0);
+  const auto views = [&](const std::string& folder, const std::string& looks, const std::string& seed) {
+    const Outcome o = scene.render({"run", "--azimuth", "0:350:10", "--looks", looks, "--seed", seed, "-o", folder});
+    INFO(o.err);
+    REQUIRE(o.code == 0);
+  };
+  const auto pixels = [&](const std::string& folder) {
+    std::vector<double> all;
+    for (int n = 0; n < 36; ++n) {
+      const auto image = sarnerf::read_image(scene / (folder + sarnerf::format("/images/view_%03d.tif", n)));
+      all.insert(all.end(), image.pixels().begin(), image.pixels().end());
+    }
+    return all;
+  };
+  const std::vector<double> mean = pixels("mean");
+  for (const double looks : {1.0, 4.0}) {
+    const std::string folder = looks == 1.0 ? "one" : "four";
+    views(folder, looks == 1.0 ? "1" : "4", "3");
+    const std::vector<double> speckled = pixels(folder);
+    double n = 0.0, sum = 0.0, squares = 0.0;
+    for (std::size_t k = 0; k < mean.size(); ++k) {
+      if (!(mean[k] > 0.0)) continue;
+      const double ratio = speckled[k] / mean[k];
+      n += 1.0, sum += ratio, squares += ratio * ratio;
+    }
+    REQUIRE(n > 1000.0);
+    CHECK(sum / n == Approx(1.0).epsilon(0.1));
+    CHECK(sum * sum / (n * squares - sum * sum) == Approx(looks).epsilon(0.15));
+  }
+  views("again", "1", "3");
+  views("other", "1", "4");
+  CHECK(pixels("again") == pixels("one"));
+  CHECK(pixels("other") != pixels("one"));
+  // These images are points on nothing: there is no clutter to take looks from.
+  CHECK(scene.render({"run", "--azimuth", "3", "--looks", "training", "-o", "x"}).is_error("no clutter around the target"));
+  CHECK(scene.render({"run", "--azimuth", "3", "--looks", "0.5"}).code == 2);
+  CHECK(scene.render({"run", "--against", "data", "--looks", "1"}).code == 2);
 }
 
 TEST_CASE("options of rendering are checked") {

@@ -13,7 +13,7 @@
 /// Classifiers of SAR chips, learned from a few measured chips of each class and views that were generated from them.
 ///
 /// This module uses LibTorch alone: not the rest of the project, so that it can be built where there is nothing else
-/// (src/recognise/standalone).
+/// (apps/sar_recognise).
 namespace sarnerf {
 
 /// Chips of one size and their classes.
@@ -80,7 +80,7 @@ torch::Tensor classify(Classifier classifier, const TrainingChips& training, con
 torch::Tensor normalised_crops(const torch::Tensor& amplitude, int side, int row = 0, int column = 0);
 
 /// Everything that the classifiers of one draw of shots need, as one file: sar_fewshot writes it where the chips are, and
-/// standalone/ reads it where a GPU is.
+/// sar_recognise reads it where a GPU is.
 struct DrawFile {
   std::vector<std::string> classes;
   int n_shots = 0, draw = 0;
