@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <utility>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
+#include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/image_file.h"
@@ -173,23 +175,6 @@ LabelledChips views_of_classes(Arm arm, const std::vector<ClassChips>& chips, co
   return labelled(pointers, labels);
 }
 
-/// Means with speckle, of another seed for each chip.
-LabelledChips with_speckle(const LabelledChips& means, const ClutterModel& model, Acquisition view, int draw) {
-  view.n_azimuth = view.n_range = kStoredSide;
-  LabelledChips result{means.amplitude.clone(), means.label};
-  parallel_for(static_cast<std::size_t>(result.size()), 1, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t n = begin; n < end; ++n) {
-      ClutterModel clutter = model;
-      clutter.radar.seed = static_cast<std::uint64_t>(1'000'000 * (draw + 1)) + n;
-      Image<float> factor(view.n_azimuth, view.n_range, 1.0f);
-      multiply_by_clutter(factor, clutter, view);
-      float* pixel = result.amplitude.data_ptr<float>() + n * factor.pixels().size();
-      for (const float f : factor.pixels()) *pixel++ *= std::sqrt(f);
-    }
-  });
-  return result;
-}
-
 }  // namespace
 
 std::vector<Image<float>> powers_of(const LabelledChips& chips) {
@@ -204,11 +189,31 @@ std::vector<Image<float>> powers_of(const LabelledChips& chips) {
 
 namespace {
 
+/// Means with speckle, of another seed for each chip, on what is no brighter than a view's clutter; or on everything.
+LabelledChips with_speckle(const LabelledChips& means, const ClutterModel& model, Acquisition view, int draw, Speckle speckle) {
+  view.n_azimuth = view.n_range = kStoredSide;
+  std::vector<Image<float>> powers = powers_of(means);
+  LabelledChips result{means.amplitude.clone(), means.label};
+  parallel_for(static_cast<std::size_t>(result.size()), 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      ClutterModel clutter = model;
+      clutter.radar.seed = static_cast<std::uint64_t>(1'000'000 * (draw + 1)) + n;
+      Image<float>& power = powers[n];
+      double most_power = std::numeric_limits<double>::infinity();
+      if (const auto regions = speckle == Speckle::clutter ? find_regions(power) : std::nullopt) most_power = regions->background_power;
+      multiply_by_clutter(power, clutter, view, most_power);
+      float* pixel = result.amplitude.data_ptr<float>() + n * power.pixels().size();
+      for (const float p : power.pixels()) *pixel++ = std::sqrt(p);
+    }
+  });
+  return result;
+}
+
 /// Means with the looks, the texture and the response of the clutter of all shots of a draw, unless learned views are to have no speckle.
 /// The ground that was learned has some texture of its own: what both have together is measured, and the excess left out.
 LabelledChips with_clutter_of_shots(const LabelledChips& means, const std::vector<ClassChips>& chips, const Draw& draw,
                                     const GenerationOptions& o) {
-  if (!o.speckle) return means;
+  if (o.speckle == Speckle::none) return means;
   std::vector<Image<float>> powers;
   for (std::size_t c = 0; c < chips.size(); ++c)
     for (const std::size_t n : draw.shots[c]) powers.push_back(chips[c].training[n].power);
@@ -216,12 +221,12 @@ LabelledChips with_clutter_of_shots(const LabelledChips& means, const std::vecto
   std::optional<ClutterModel> model = fitted_clutter(powers, o.window, view.azimuth_spacing_m, view.range_spacing_m);
   if (!model) return means;
   if (model->texture_variance > 0.0) {
-    const auto wanted = clutter_statistics(powers), found = clutter_statistics(powers_of(with_speckle(means, *model, view, draw.number)));
+    const auto wanted = clutter_statistics(powers), found = clutter_statistics(powers_of(with_speckle(means, *model, view, draw.number, o.speckle)));
     if (found)
       model->texture_variance = std::max(0.0, (1.0 + model->texture_variance) * (1.0 + 1.0 / wanted->looks) / (1.0 + 1.0 / found->looks) - 1.0);
   }
   model->radar.looks *= o.looks_factor;
-  return with_speckle(means, *model, view, draw.number);
+  return with_speckle(means, *model, view, draw.number, o.speckle);
 }
 
 }  // namespace

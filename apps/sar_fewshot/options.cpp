@@ -125,7 +125,8 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
               "Depression of rescaled, interpolated and learned chips; default: that of the shots");
   command.add("--field", o.generation.field, one_of<std::string>({{"grid", "grid"}, {"surface", "surface"}}), "Field that is learned from the shots: grid or surface (five times as long)");
   command.add("--field-steps", o.generation.field_steps, whole("N", 1, 1'000'000), "Steps of its training");
-  command.add("--speckle", o.generation.speckle, one_of<bool>({{"on", true}, {"off", false}}), "Learned views get the speckle of the shots' clutter");
+  command.add("--speckle", o.generation.speckle, one_of<Speckle>({{"clutter", Speckle::clutter}, {"all", Speckle::all}, {"off", Speckle::none}}),
+              "What of learned views gets the speckle of the shots' clutter: what is no brighter than clutter, everything, or nothing");
   command.add("--window", o.generation.window, made_by("NAME", [](const std::string& name) { return window_from_text(name); }, "taylor:-35,4"),
               "Window of the chips' impulse response, as for sar_render; its width is estimated");
 

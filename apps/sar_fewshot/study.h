@@ -40,6 +40,13 @@ enum class Arm {
 };
 std::string_view name(Arm arm);
 
+/// What of a learned view fluctuates.
+enum class Speckle {
+  none,     ///< nothing: the mean
+  clutter,  ///< what is no brighter than the view's clutter
+  all,      ///< everything, as sar_render has it
+};
+
 /// What is generated, and how. The same for all classes and draws.
 struct GenerationOptions {
   double step_deg = 5.0;    ///< between generated views
@@ -48,7 +55,7 @@ struct GenerationOptions {
   Interpolation interpolation = Interpolation::rotated_linear;
   std::string field = "grid";
   std::int64_t field_steps = 200;
-  bool speckle = true;  ///< learned views get the speckle of the shots' clutter
+  Speckle speckle = Speckle::clutter;  ///< of the shots' clutter, on learned views
   Window window{Window::Kind::taylor};  ///< of the radar; looks and resolution are estimated
   double looks_factor = 1.0;            ///< looks of learned views over those that are estimated
 };
