@@ -235,7 +235,7 @@ TEST_CASE("a trial chooses the field, and a run keeps it") {
   const Outcome made = scene.train({"data", "-o", "run", "--field", "auto", "--steps", "20", "--explain"});
   INFO(made.err);
   REQUIRE(made.code == 0);
-  CHECK(made.err.find("held out from a trial of 200 steps") != std::string::npos);
+  CHECK(made.err.find("held out from a trial of 400 steps") != std::string::npos);
   const auto json = [&](const char* name) { return Json::parse(read_text(scene / name)); };
   const Json trial = json("run/trial.json"), report = json("run/report.json");
   const std::string field = trial["field"];

@@ -106,7 +106,7 @@ struct TrialRule {
   std::vector<std::string> fields{"surface", "grid"};  ///< the first one is chosen where there are too few views
   std::size_t n_held_out = 3;     ///< views that trials predict, spread over the set
   std::size_t least_views = 6;    ///< with fewer, too few would be left to learn from
-  std::int64_t n_steps = 200;     ///< of each trial, with the whole schedule. Chosen: 100 mislead on one scene more of twelve
+  std::int64_t n_steps = 400;     ///< of each trial, with the whole schedule. Chosen: 200 mislead on one scene of twelve, 400 on none
   double most_seconds = std::numeric_limits<double>::infinity();  ///< for the steps of one trial, which then has fewer of them
 };
 
