@@ -68,8 +68,12 @@ int run_program(Console& console, const std::function<void()>& body) {
     // what() names a function of the library; users need the path and the system's reason.
     const std::string path = e.path1().empty() ? "" : e.path1().string() + ": ";
     return fail((path + e.code().message()).c_str(), kFailure);
-  } catch (const std::exception& e) {
+  } catch (const Error& e) {
     return fail(e.what(), kFailure);
+  } catch (const std::exception& e) {
+    // A library's. LibTorch's goes on with a trace of its code, many lines long.
+    const std::string what = e.what();
+    return fail(what.substr(0, what.find('\n')).c_str(), kFailure);
   }
 }
 

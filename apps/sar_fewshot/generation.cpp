@@ -35,6 +35,12 @@ std::string_view name(Arm arm) {
 
 namespace {
 
+/// What the fields of a draw share.
+struct FieldContext {
+  std::uint64_t seed = 1;
+  double ground_height_m = 0.0;  ///< above the aim point
+};
+
 /// A view to generate, and the shot nearest to it.
 struct Wanted {
   Acquisition acquisition;
@@ -114,8 +120,7 @@ std::vector<PosedImage> learned_views(std::span<const PosedImage> shots, const s
   return result;
 }
 
-}  // namespace
-
+/// The views of an arm from the shots of one class, without Arm::learned_turned.
 std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<const PosedImage> shots, const Options& o,
                                  const FieldContext& context, const Monitor& monitor) {
   if (arm == Arm::turned_circle) return turned_through_circle(shots);
@@ -137,20 +142,21 @@ std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<con
   return views;
 }
 
+/// The shots of one class.
 std::vector<PosedImage> shots_of(const ClassChips& chips, const std::vector<std::size_t>& which) {
   std::vector<PosedImage> shots;
   for (const std::size_t n : which) shots.push_back(chips.training[n]);
   return shots;
 }
 
+/// The height of the ground is estimated from the shots of all classes together; where they do not show it, the plane goes through the
+/// aim point.
 FieldContext field_context(const std::vector<ClassChips>& chips, const Draw& draw) {
   std::vector<std::vector<PosedImage>> scenes;
   for (std::size_t c = 0; c < chips.size(); ++c) scenes.push_back(shots_of(chips[c], draw.shots[c]));
   const Box box_m = box_of(scenes.front().front().acquisition);
   return {static_cast<std::uint64_t>(100'000 * draw.number + 1000 * draw.n_shots), common_ground_height_m(scenes, box_m).value_or(0.0)};
 }
-
-namespace {
 
 LabelledChips joined(const LabelledChips& a, const LabelledChips& b) {
   return {torch::cat({a.amplitude, b.amplitude}), torch::cat({a.label, b.label})};
@@ -255,33 +261,34 @@ LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, con
 
 // Pictures.
 
-namespace {
-
-constexpr int kColumns = 8, kGap_pixels = 2;
-
-}  // namespace
-
-Image<std::uint8_t> arms_picture(const ClassChips& chips, std::span<const PosedImage> shots, const Options& o,
-                                 const FieldContext& context, const Monitor& monitor) {
-  std::vector<Arm> rows{Arm::measured};
+std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o,
+                                               const std::filesystem::path& cache, const Monitor& monitor) {
+  constexpr int kColumns = 8, kGap_pixels = 2, kCell_pixels = kStoredSide + kGap_pixels;
+  std::vector<LabelledChips> rows{generated_chips(Arm::measured, chips, draw, o, cache, monitor)};
   for (const Arm arm : o.arms)
-    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && arm != Arm::learned_turned) rows.push_back(arm);
-  std::vector<std::vector<PosedImage>> views;
-  for (const Arm arm : rows) views.push_back(views_of(arm, chips, shots, o, context, monitor));
-  const std::size_t n = std::min<std::size_t>(kColumns, views.front().size());
-  const int side_i = shots.front().power.n_azimuth(), side_j = shots.front().power.n_range();
-  std::vector<float> whites;
-  for (const PosedImage& shot : shots) whites.push_back(white_level(shot.power));
-  const float white = *std::ranges::max_element(whites);
-  Image<std::uint8_t> picture(static_cast<int>(rows.size()) * (side_i + kGap_pixels), static_cast<int>(n) * (side_j + kGap_pixels), 255);
-  for (std::size_t r = 0; r < rows.size(); ++r)
-    for (std::size_t c = 0; c < n; ++c) {
-      const Image<std::uint8_t> levels = display_levels(views[r][c * views[r].size() / n].power, Quantity::power, white);
-      for (int i = 0; i < levels.n_azimuth(); ++i)
-        for (int j = 0; j < levels.n_range(); ++j)
-          picture(static_cast<int>(r) * (side_i + kGap_pixels) + i, static_cast<int>(c) * (side_j + kGap_pixels) + j) = levels(i, j);
+    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && arm != Arm::learned_turned)
+      rows.push_back(generated_chips(arm, chips, draw, o, cache, monitor));
+  std::vector<Image<std::uint8_t>> pictures;
+  for (std::size_t c = 0; c < chips.size(); ++c) {
+    float white = 0.0f;
+    for (const std::size_t n : draw.shots[c]) white = std::max(white, white_level(chips[c].training[n].power));
+    Image<std::uint8_t>& picture =
+        pictures.emplace_back(static_cast<int>(rows.size()) * kCell_pixels, kColumns * kCell_pixels, std::uint8_t{255});
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const torch::Tensor members = torch::nonzero(rows[r].label == static_cast<std::int64_t>(c)).flatten();
+      const std::int64_t n_members = members.size(0);
+      const torch::Tensor which = torch::arange(std::min<std::int64_t>(kColumns, n_members)) * n_members / std::min<std::int64_t>(kColumns, n_members);
+      const std::vector<Image<float>> powers = powers_of(
+          {rows[r].amplitude.index_select(0, members.index_select(0, which.to(torch::kInt64))), torch::empty({which.size(0)}, torch::kInt64)});
+      for (std::size_t column = 0; column < powers.size(); ++column) {
+        const Image<std::uint8_t> levels = display_levels(powers[column], Quantity::power, white);
+        for (int i = 0; i < kStoredSide; ++i)
+          for (int j = 0; j < kStoredSide; ++j)
+            picture(static_cast<int>(r) * kCell_pixels + i, static_cast<int>(column) * kCell_pixels + j) = levels(i, j);
+      }
     }
-  return picture;
+  }
+  return pictures;
 }
 
 }  // namespace sarnerf::app

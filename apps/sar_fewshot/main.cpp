@@ -41,16 +41,13 @@ void write_pictures(const Options& o, const std::vector<ClassChips>& chips, cons
   const auto most = *std::ranges::max_element(o.shots);
   if (most == 0) return;
   make_folder(o.output / "pictures");
-  const Draw draw = draw_shots(chips, most, 0, o.validate);
-  std::optional<FieldContext> context;
-  for (std::size_t c = 0; c < chips.size(); ++c) {
-    const auto file = o.output / "pictures" / (chips[c].name + ".png");
-    if (std::filesystem::exists(file)) continue;
-    if (!context) context = field_context(chips, draw);
-    AtomicFiles files;
-    files.add(file, encode_png(arms_picture(chips[c], shots_of(chips[c], draw.shots[c]), o, *context, monitor)));
-    files.commit();
-  }
+  const auto file_of = [&](const ClassChips& c) { return o.output / "pictures" / (c.name + ".png"); };
+  if (std::ranges::all_of(chips, [&](const ClassChips& c) { return std::filesystem::exists(file_of(c)); })) return;
+  const std::vector<Image<std::uint8_t>> pictures =
+      arms_pictures(chips, draw_shots(chips, most, 0, o.validate), o, o.output / "generated", monitor);
+  AtomicFiles files;
+  for (std::size_t c = 0; c < chips.size(); ++c) files.add(file_of(chips[c]), encode_png(pictures[c]));
+  files.commit();
 }
 
 /// report.md, report.html, report.json and the diagrams.

@@ -121,6 +121,10 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.begin_group("Generated chips");
   command.add("--step", o.generation.step_deg, between("DEG", 0.1, 90.0), "Between generated chips");
   command.add("--reach", o.generation.reach_deg, between("DEG", 0.1, 180.0), "Largest distance from a shot; half the gap at most");
+  command.add("--interpolation", o.generation.interpolation,
+              one_of<Interpolation>({{"linear", Interpolation::linear}, {"rotated-linear", Interpolation::rotated_linear},
+                                     {"rotated-mean", Interpolation::rotated_mean}}),
+              "How interpolated chips are made of neighbouring shots");
   command.add("--generate-depression", o.generation.depression_deg, between("DEG", 1.0, 89.0),
               "Depression of rescaled, interpolated and learned chips; default: that of the shots");
   command.add("--field", o.generation.field, one_of<std::string>({{"grid", "grid"}, {"surface", "surface"}}), "Field that is learned from the shots: grid or surface (five times as long)");

@@ -124,26 +124,10 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, b
 LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
                               const std::filesystem::path& cache, const Monitor& monitor);
 
-/// What the fields of a draw share.
-struct FieldContext {
-  std::uint64_t seed = 1;
-  double ground_height_m = 0.0;  ///< above the aim point
-};
-
-/// The height of the ground is estimated from the shots of all classes together; where they do not show it, the plane goes through the
-/// aim point.
-FieldContext field_context(const std::vector<ClassChips>& chips, const Draw& draw);
-
-/// The views of an arm from the shots of one class, without Arm::learned_turned.
-std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<const PosedImage> shots, const Options& options,
-                                 const FieldContext& context, const Monitor& monitor);
-
-/// The shots of one class.
-std::vector<PosedImage> shots_of(const ClassChips& chips, const std::vector<std::size_t>& which);
-
-/// For the eye, in decibels on one scale: measured chips, and below them the arms' views at the same azimuths.
-Image<std::uint8_t> arms_picture(const ClassChips& chips, std::span<const PosedImage> shots, const Options& options,
-                                 const FieldContext& context, const Monitor& monitor);
+/// For the eye, a picture for each class, in decibels on one scale: measured chips, and below them what the arms make at the same
+/// azimuths, as classifiers get it.
+std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
+                                               const std::filesystem::path& cache, const Monitor& monitor);
 
 /// Side of the chips that classifiers get (pixels): the largest crop, and room for shifts.
 inline constexpr int kStoredSide = 88 + 2 * 8;

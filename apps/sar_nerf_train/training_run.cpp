@@ -165,6 +165,17 @@ std::optional<double> Curve::measure_if_due(const LearnedField& field, double no
   if (views_.empty()) return std::nullopt;
   if (!first_s_) next_s_ = *(first_s_ = now_s) + 0.1;
   if (now_s < next_s_) return std::nullopt;
+  if (!last_db_) {
+    // What a measurement costs is not known yet: one view says it. A network that is not pruned yet can take a minute for all.
+    const Stopwatch watch;
+    render_view(field, validation_[views_.front()].acquisition);
+    spent_s_ += watch.seconds();
+    const double wanted_s = *first_s_ + 0.1 + watch.seconds() * static_cast<double>(views_.size()) / kShare;
+    if (now_s < wanted_s && wanted_s > *first_s_ + 1.0) {
+      next_s_ = wanted_s;
+      return std::nullopt;
+    }
+  }
   const double before_s = spent_s_;
   measure(field);
   const double cost_s = spent_s_ - before_s;
