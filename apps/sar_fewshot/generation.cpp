@@ -261,32 +261,41 @@ LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, con
 
 // Pictures.
 
+Image<std::uint8_t> picture_of_rows(const std::vector<LabelledChips>& rows, std::optional<float> white) {
+  constexpr int kColumns = 8, kGap_pixels = 2, kCell_pixels = kStoredSide + kGap_pixels;
+  Image<std::uint8_t> picture(static_cast<int>(rows.size()) * kCell_pixels, kColumns * kCell_pixels, std::uint8_t{255});
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const std::int64_t n = std::min<std::int64_t>(kColumns, rows[r].size());
+    if (n == 0) continue;
+    const torch::Tensor which = torch::floor_divide(torch::arange(n, torch::kInt64) * rows[r].size(), n);
+    const std::vector<Image<float>> powers = powers_of({rows[r].amplitude.index_select(0, which), rows[r].label.index_select(0, which)});
+    for (std::size_t column = 0; column < powers.size(); ++column) {
+      const Image<std::uint8_t> levels =
+          display_levels(powers[column], Quantity::power, white ? *white : white_level(powers[column]));
+      for (int i = 0; i < kStoredSide; ++i)
+        for (int j = 0; j < kStoredSide; ++j)
+          picture(static_cast<int>(r) * kCell_pixels + i, static_cast<int>(column) * kCell_pixels + j) = levels(i, j);
+    }
+  }
+  return picture;
+}
+
 std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o,
                                                const std::filesystem::path& cache, const Monitor& monitor) {
-  constexpr int kColumns = 8, kGap_pixels = 2, kCell_pixels = kStoredSide + kGap_pixels;
-  std::vector<LabelledChips> rows{generated_chips(Arm::measured, chips, draw, o, cache, monitor)};
+  std::vector<LabelledChips> sets{generated_chips(Arm::measured, chips, draw, o, cache, monitor)};
   for (const Arm arm : o.arms)
     if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && arm != Arm::learned_turned)
-      rows.push_back(generated_chips(arm, chips, draw, o, cache, monitor));
+      sets.push_back(generated_chips(arm, chips, draw, o, cache, monitor));
   std::vector<Image<std::uint8_t>> pictures;
   for (std::size_t c = 0; c < chips.size(); ++c) {
     float white = 0.0f;
     for (const std::size_t n : draw.shots[c]) white = std::max(white, white_level(chips[c].training[n].power));
-    Image<std::uint8_t>& picture =
-        pictures.emplace_back(static_cast<int>(rows.size()) * kCell_pixels, kColumns * kCell_pixels, std::uint8_t{255});
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      const torch::Tensor members = torch::nonzero(rows[r].label == static_cast<std::int64_t>(c)).flatten();
-      const std::int64_t n_members = members.size(0);
-      const torch::Tensor which = torch::arange(std::min<std::int64_t>(kColumns, n_members)) * n_members / std::min<std::int64_t>(kColumns, n_members);
-      const std::vector<Image<float>> powers = powers_of(
-          {rows[r].amplitude.index_select(0, members.index_select(0, which.to(torch::kInt64))), torch::empty({which.size(0)}, torch::kInt64)});
-      for (std::size_t column = 0; column < powers.size(); ++column) {
-        const Image<std::uint8_t> levels = display_levels(powers[column], Quantity::power, white);
-        for (int i = 0; i < kStoredSide; ++i)
-          for (int j = 0; j < kStoredSide; ++j)
-            picture(static_cast<int>(r) * kCell_pixels + i, static_cast<int>(column) * kCell_pixels + j) = levels(i, j);
-      }
+    std::vector<LabelledChips> rows;
+    for (const LabelledChips& set : sets) {
+      const torch::Tensor members = torch::nonzero(set.label == static_cast<std::int64_t>(c)).flatten();
+      rows.push_back({set.amplitude.index_select(0, members), set.label.index_select(0, members)});
     }
+    pictures.push_back(picture_of_rows(rows, white));
   }
   return pictures;
 }

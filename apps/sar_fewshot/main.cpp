@@ -16,6 +16,8 @@
 namespace sarnerf::app {
 namespace {
 
+constexpr const char* kExchangePicture = "pictures/exchanged_background.png";
+
 /// Keeps the cells of the same options, and refuses those of others.
 void take_place(const Options& o) {
   std::error_code code;
@@ -43,9 +45,13 @@ void write_pictures(const Options& o, const std::vector<ClassChips>& chips, cons
   make_folder(o.output / "pictures");
   const auto file_of = [&](const ClassChips& c) { return o.output / "pictures" / (c.name + ".png"); };
   if (std::ranges::all_of(chips, [&](const ClassChips& c) { return std::filesystem::exists(file_of(c)); })) return;
-  const std::vector<Image<std::uint8_t>> pictures =
-      arms_pictures(chips, draw_shots(chips, most, 0, o.validate), o, o.output / "generated", monitor);
+  const Draw draw = draw_shots(chips, most, 0, o.validate);
+  const std::vector<Image<std::uint8_t>> pictures = arms_pictures(chips, draw, o, o.output / "generated", monitor);
   AtomicFiles files;
+  if (o.exchange)
+    files.add(o.output / kExchangePicture, encode_png(picture_of_rows({test_of_classes(chips, draw, o.validate),
+                                                                       with_exchanged_background(chips, draw, o.validate, true),
+                                                                       with_exchanged_background(chips, draw, o.validate, false)}, {})));
   for (std::size_t c = 0; c < chips.size(); ++c) files.add(file_of(chips[c]), encode_png(pictures[c]));
   files.commit();
 }
@@ -69,6 +75,9 @@ std::string write_report(const Options& o, const std::vector<ClassChips>& chips,
   if (!pictures.empty())
     text += "\n## Generated chips\n\n" + pictures +
             "*From above: measured chips, and the arms' views at the same azimuths; decibels on one scale.*\n";
+  if (std::filesystem::exists(o.output / kExchangePicture))
+    text += std::string("\n## Exchanged background\n\n![test chips](") + kExchangePicture +
+            ")\n*Test chips of several classes; below them with the background of a chip of the same class, and of another one.*\n";
   text += "\n## Answers by class\n" + confusion_text(o, chips, cells);
   write_file_atomically(o.output / "report.md", text);
   write_file_atomically(o.output / "report.json", study_json(o, chips, cells).dump(1) + "\n");

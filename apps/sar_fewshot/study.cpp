@@ -80,9 +80,13 @@ LabelledChips shots_of_classes(const std::vector<ClassChips>& chips, const Draw&
   return chips_of(chips, draw.shots, [](const ClassChips& c) -> const auto& { return c.training; });
 }
 
+}  // namespace
+
 LabelledChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
   return chips_of(chips, draw.test, [&](const ClassChips& c) -> const auto& { return tested_chips(c, validate); });
 }
+
+namespace {
 
 ClassifierOptions options_of_draw(const Options& o, int number) {
   ClassifierOptions options = o.training;

@@ -124,6 +124,13 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, b
 LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
                               const std::filesystem::path& cache, const Monitor& monitor);
 
+/// For the eye, in decibels: up to eight chips of each set, evenly spread, a set in each row. `white`: the power of white; without one,
+/// each chip has its own.
+Image<std::uint8_t> picture_of_rows(const std::vector<LabelledChips>& rows, std::optional<float> white);
+
+/// The test chips of a draw.
+LabelledChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, bool validate);
+
 /// For the eye, a picture for each class, in decibels on one scale: measured chips, and below them what the arms make at the same
 /// azimuths, as classifiers get it.
 std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
