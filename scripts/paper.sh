@@ -5,7 +5,8 @@ set -eu
 
 usage() {
   cat <<USAGE
-Usage: scripts/paper.sh [--quick] [--only solids|chips] [--seconds N] [--chips FOLDER] [--import OPTIONS] [--lpips FILE] [--long] [OUT]
+Usage: scripts/paper.sh [--quick] [--only solids|chips] [--seconds N] [--chips FOLDER] [--import OPTIONS] [--lpips FILE] [--long]
+         [--recorded] [OUT]
 Renders, learns, extracts and scores what the paper shows, and writes OUT/paper.md and OUT/paper.html (one file). What is in OUT is
 not made again: an interrupted run goes on where it stopped. About five hours on two cores.
   --quick           fewer views and short trainings, in about ten minutes: to see what there is, not to quote
@@ -16,6 +17,7 @@ not made again: an interrupted run goes on where it stopped. About five hours on
   --import OPTIONS  of sar_import images (default "--amplitude-scale 4/65535")
   --lpips FILE      weights for LPIPS (docs/guide/lpips.md)
   --long            the paper's method in every cell of Table 1, not in one (eleven hours more)
+  --recorded        scores of networks that docs/results/paper_cells has, instead of training these again
   OUT               (default build/paper)
 USAGE
 }
@@ -23,6 +25,7 @@ USAGE
 root=$(cd "$(dirname "$0")/.." && pwd)
 quick=false
 long=false
+recorded=false
 chips=
 import="--amplitude-scale 4/65535"
 lpips=
@@ -30,7 +33,7 @@ seconds=
 only=
 out=
 . "$root/scripts/report_values.sh"
-take_options "quick! long! only seconds chips import lpips" out= "$@"
+take_options "quick! long! recorded! only seconds chips import lpips" out= "$@"
 seconds_limit=$seconds
 out=${out:-$root/build/paper}
 case "$seconds_limit" in
@@ -40,6 +43,10 @@ case "$only" in
   "" | solids | chips) ;;
   *) echo "paper.sh: --only $only: expected solids or chips" >&2; exit 2 ;;
 esac
+if $recorded && { $quick || [ -n "$seconds_limit" ]; }; then
+  echo "paper.sh: --recorded: the recorded trainings are those of a full run; leave out --quick and --seconds" >&2
+  exit 2
+fi
 if [ -n "$chips" ] && ! [ -d "$chips" ]; then
   echo "paper.sh: --chips $chips: expected a folder, found none" >&2
   exit 3
@@ -72,7 +79,7 @@ if [ -n "$seconds_limit" ]; then
 fi
 
 # Cells of other settings would be taken for this run's.
-settings="quick $quick, only ${only:-everything}, long $long, seconds ${seconds_limit:-as planned}, chips ${chips:-simulated}, import $import, lpips ${lpips:-none}"
+settings="quick $quick, recorded $recorded, only ${only:-everything}, long $long, seconds ${seconds_limit:-as planned}, chips ${chips:-simulated}, import $import, lpips ${lpips:-none}"
 if [ -f "$out/settings.txt" ] && [ "$(cat "$out/settings.txt")" != "$settings" ]; then
   echo "paper.sh: $out: expected a folder of the same settings ($settings), found $(cat "$out/settings.txt"); choose another folder" >&2
   exit 2
@@ -143,6 +150,13 @@ learn() {
       fi ;;
   esac
   if [ -n "$lpips" ]; then set -- "$@" --lpips "$lpips"; fi
+  # Of a network in Table 1 alone the scores are needed.
+  cells=$root/docs/results/paper_cells/$(basename "$data").$field.json
+  if $recorded && [ $field = mlp ] && [ -f "$cells" ]; then
+    mkdir -p "$data.$field"
+    cp "$cells" "$data.$field/report.json"
+    sed -n 's/^ *"revision": "\(.*\)".*/\1/p' "$cells" > "$out/cells/learn_$(basename "$data").$field.done"
+  fi
   cell "learn_$(basename "$data").$field" "$seconds" "$programs/sar_nerf_train/sar_nerf_train" "$data" "$@"
 }
 
