@@ -142,10 +142,10 @@ int main(int argc, char** argv) {
     run(parse(arguments));
     return 0;
   } catch (const Usage& e) {
-    std::fprintf(stderr, "sar_recognise: %s\n", e.what());
+    std::fprintf(stderr, "sar_recognise: error: %s\n", e.what());
     return 2;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "sar_recognise: %s\n", std::string(e.what()).substr(0, std::string(e.what()).find('\n')).c_str());
+    std::fprintf(stderr, "sar_recognise: error: %s\n", std::string(e.what()).substr(0, std::string(e.what()).find('\n')).c_str());
     return 1;
   }
 }
