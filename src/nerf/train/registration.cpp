@@ -12,8 +12,9 @@ namespace sarnerf {
 
 namespace {
 
-/// Largest shift of a view in one pass (pixels): as far as a central difference is valid.
-constexpr double kMostStep_pixels = 0.5;
+/// Largest shift of a view in one pass (pixels): as far as a central difference is valid. And largest log gain: as far as it is linear.
+/// A field that has hardly been learned fits no gain, and a longer step could make images infinite.
+constexpr double kMostStep = 0.5;
 
 /// Successive over-relaxation: the field has adapted to the shift so far, which makes the plain step too short.
 constexpr double kOverRelaxation = 1.5;
@@ -46,8 +47,8 @@ glm::dvec3 gauss_newton_step(const Image<float>& image, const Image<float>& rend
   squares[2][2] += 1e-9;
   products += kPrior * glm::dvec3(shift_pixels, 0.0);
   const glm::dvec3 step = -kOverRelaxation * (glm::inverse(squares) * products);
-  const double longest = std::max({std::abs(step.x), std::abs(step.y), kMostStep_pixels});
-  return step * (kMostStep_pixels / longest);
+  const double longest = std::max({std::abs(step.x), std::abs(step.y), std::abs(step.z), kMostStep});
+  return step * (kMostStep / longest);
 }
 
 Image<float> divided(Image<float> image, double gain) {

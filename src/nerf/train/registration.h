@@ -13,7 +13,7 @@ namespace sarnerf {
 
 /// Learns a shift and a log gain of every view together with the field (bundle adjustment; Lin et al. 2021 do it for
 /// cameras). Each pass, between two steps of the field, makes one Gauss–Newton step of every view's azimuth shift α, range
-/// shift ρ and log gain γ, 1.5 times as long as it would be and half a pixel at most. It minimises
+/// shift ρ and log gain γ, 1.5 times as long as it would be, and half a pixel and a log gain of 0.5 at most. It minimises
 ///
 ///     Σ_pixels [e + (α ∂μ/∂a + ρ ∂μ/∂r + γ μ) / d]² / σ²  +  (α₀ + α)² / τ² + (ρ₀ + ρ)² / τ²
 ///
