@@ -6,7 +6,7 @@ set -eu
 usage() {
   cat <<USAGE
 Usage: scripts/paper.sh [--quick] [--only solids|chips] [--seconds N] [--chips FOLDER] [--import OPTIONS] [--lpips FILE] [--long]
-         [--recorded] [OUT]
+         [--recorded] [--publish] [OUT]
 Renders, learns, extracts and scores what the paper shows, and writes OUT/paper.md and OUT/paper.html (one file). What is in OUT is
 not made again: an interrupted run goes on where it stopped. About five hours on two cores.
   --quick           fewer views and short trainings, in about ten minutes: to see what there is, not to quote
@@ -18,6 +18,7 @@ not made again: an interrupted run goes on where it stopped. About five hours on
   --lpips FILE      weights for LPIPS (docs/guide/lpips.md)
   --long            the paper's method in every cell of Table 1, not in one (eleven hours more)
   --recorded        scores of networks that docs/results/paper_cells has, instead of training these again
+  --publish         of a full run with measured chips: copies the page to docs/paper.md, its pictures to docs/images/paper
   OUT               (default build/paper)
 USAGE
 }
@@ -26,6 +27,7 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 quick=false
 long=false
 recorded=false
+publish=false
 chips=
 import="--amplitude-scale 4/65535"
 lpips=
@@ -33,7 +35,7 @@ seconds=
 only=
 out=
 . "$root/scripts/report_values.sh"
-take_options "quick! long! recorded! only seconds chips import lpips" out= "$@"
+take_options "quick! long! recorded! publish! only seconds chips import lpips" out= "$@"
 seconds_limit=$seconds
 out=${out:-$root/build/paper}
 case "$seconds_limit" in
@@ -45,6 +47,10 @@ case "$only" in
 esac
 if $recorded && { $quick || [ -n "$seconds_limit" ]; }; then
   echo "paper.sh: --recorded: the recorded trainings are those of a full run; leave out --quick and --seconds" >&2
+  exit 2
+fi
+if $publish && { $quick || [ -n "$seconds_limit$only" ] || [ -z "$chips" ]; }; then
+  echo "paper.sh: --publish: expected a full run with --chips; leave out --quick, --seconds and --only" >&2
   exit 2
 fi
 if [ -n "$chips" ] && ! [ -d "$chips" ]; then
@@ -217,3 +223,10 @@ echo "paper.sh: $n_cells cells, some $(((seconds_left + 59) / 60)) min, in $out"
 everything
 mv "$out/paper.md.part" "$out/paper.md"
 "$programs/sar_bench/sar_bench" page "$out/paper.md" -o "$out/paper.html"
+if $publish; then
+  pictures=$root/docs/images/paper
+  rm -rf "$pictures"
+  mkdir -p "$pictures"
+  grep -o '](\([^)]*\.png\))' "$out/paper.md" | sed 's/](\(.*\))/\1/' | while read -r picture; do cp "$out/$picture" "$pictures"; done
+  sed 's#](\([^)]*\.png\))#](images/paper/\1)#; s#](\([^)]*\)docs/results/#](results/#' "$out/paper.md" > "$root/docs/paper.md"
+fi

@@ -71,10 +71,26 @@ Image<float> on_background_of(const Separated& target, const Separated& donor) {
   return result;
 }
 
+/// Of each chip, another one of its class, or of another class, with as many pixels. A chip that has none keeps its own background.
+std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::span<const std::int64_t> labels, bool within_class,
+                                std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto same_size = [&](std::size_t a, std::size_t b) {
+    return chips[a]->power.n_azimuth() == chips[b]->power.n_azimuth() && chips[a]->power.n_range() == chips[b]->power.n_range();
+  };
+  std::vector<std::size_t> donor(chips.size());
+  for (std::size_t n = 0; n < donor.size(); ++n) {
+    std::vector<std::size_t> possible;
+    for (std::size_t m = 0; m < donor.size(); ++m)
+      if (m != n && (labels[m] == labels[n]) == within_class && same_size(m, n)) possible.push_back(m);
+    donor[n] = possible.empty() ? n : possible[std::uniform_int_distribution<std::size_t>(0, possible.size() - 1)(random)];
+  }
+  return donor;
+}
+
 }  // namespace
 
-LabelledChips with_exchanged_background(const std::vector<ClassChips>& chips, const Draw& draw, bool validate, bool within_class) {
-  std::vector<Separated> separate;
+ExchangedChips with_exchanged_backgrounds(const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
   std::vector<std::int64_t> labels;
   std::vector<const PosedImage*> originals;
   for (std::size_t c = 0; c < chips.size(); ++c)
@@ -82,29 +98,22 @@ LabelledChips with_exchanged_background(const std::vector<ClassChips>& chips, co
       originals.push_back(&tested_chips(chips[c], validate)[n]);
       labels.push_back(static_cast<std::int64_t>(c));
     }
-  separate.resize(originals.size());
+  std::vector<Separated> separate(originals.size());
   parallel_for(originals.size(), 8, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) separate[n] = separated(originals[n]->power);
   });
-  std::mt19937_64 random(static_cast<std::uint64_t>(1000 * draw.n_shots + draw.number));
-  std::vector<std::size_t> donor(originals.size());
-  for (std::size_t n = 0; n < donor.size(); ++n) {
-    // A class with a single test chip keeps its background in the control.
-    std::vector<std::size_t> possible;
-    for (std::size_t m = 0; m < donor.size(); ++m)
-      if (m != n && (labels[m] == labels[n]) == within_class && originals[m]->power.n_azimuth() == originals[n]->power.n_azimuth() &&
-          originals[m]->power.n_range() == originals[n]->power.n_range())
-        possible.push_back(m);
-    donor[n] = possible.empty() ? n : possible[std::uniform_int_distribution<std::size_t>(0, possible.size() - 1)(random)];
-  }
-  std::vector<PosedImage> exchanged(originals.size());
-  parallel_for(originals.size(), 8, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t n = begin; n < end; ++n)
-      exchanged[n] = {originals[n]->name, originals[n]->acquisition, on_background_of(separate[n], separate[donor[n]])};
-  });
-  std::vector<const PosedImage*> pointers;
-  for (const PosedImage& chip : exchanged) pointers.push_back(&chip);
-  return labelled(pointers, labels);
+  const auto exchanged = [&](bool within_class) {
+    const auto donor = donors(originals, labels, within_class, static_cast<std::uint64_t>(1000 * draw.n_shots + draw.number));
+    std::vector<PosedImage> results(originals.size());
+    parallel_for(originals.size(), 8, [&](std::size_t begin, std::size_t end, int) {
+      for (std::size_t n = begin; n < end; ++n)
+        results[n] = {originals[n]->name, originals[n]->acquisition, on_background_of(separate[n], separate[donor[n]])};
+    });
+    std::vector<const PosedImage*> pointers;
+    for (const PosedImage& chip : results) pointers.push_back(&chip);
+    return labelled(pointers, labels);
+  };
+  return {exchanged(true), exchanged(false)};
 }
 
 // Measured and generated background.

@@ -199,7 +199,7 @@ namespace {
 LabelledChips with_speckle(const LabelledChips& means, const ClutterModel& model, Acquisition view, int draw, Speckle speckle) {
   view.n_azimuth = view.n_range = kStoredSide;
   std::vector<Image<float>> powers = powers_of(means);
-  LabelledChips result{means.amplitude.clone(), means.label};
+  LabelledChips result{torch::empty_like(means.amplitude), means.label};
   parallel_for(static_cast<std::size_t>(result.size()), 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
       ClutterModel clutter = model;

@@ -48,10 +48,11 @@ void write_pictures(const Options& o, const std::vector<ClassChips>& chips, cons
   const Draw draw = draw_shots(chips, most, 0, o.validate);
   const std::vector<Image<std::uint8_t>> pictures = arms_pictures(chips, draw, o, o.output / "generated", monitor);
   AtomicFiles files;
-  if (o.exchange)
-    files.add(o.output / kExchangePicture, encode_png(picture_of_rows({test_of_classes(chips, draw, o.validate),
-                                                                       with_exchanged_background(chips, draw, o.validate, true),
-                                                                       with_exchanged_background(chips, draw, o.validate, false)}, {})));
+  if (o.exchange) {
+    const ExchangedChips exchanged = with_exchanged_backgrounds(chips, draw, o.validate);
+    const std::vector rows{test_of_classes(chips, draw, o.validate), exchanged.within, exchanged.across};
+    files.add(o.output / kExchangePicture, encode_png(picture_of_rows(rows, {})));
+  }
   for (std::size_t c = 0; c < chips.size(); ++c) files.add(file_of(chips[c]), encode_png(pictures[c]));
   files.commit();
 }

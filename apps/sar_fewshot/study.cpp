@@ -94,10 +94,6 @@ ClassifierOptions options_of_draw(const Options& o, int number) {
   return options;
 }
 
-}  // namespace
-
-namespace {
-
 /// Writes chips as FOLDER/CLASS/PREFIX_000.tif.
 void write_tiffs(const std::filesystem::path& folder, const char* prefix, const std::vector<ClassChips>& chips, const LabelledChips& set) {
   std::vector<int> n_of_class(chips.size(), 0);
@@ -165,7 +161,9 @@ std::string plan_text(const Options& o, const std::vector<ClassChips>& chips) {
     text += format("  fields           %zu of %lld steps, %s\n", chips.size() * o.shots.size() * static_cast<std::size_t>(o.n_draws),
                    static_cast<long long>(o.generation.field_steps), o.generation.field.c_str());
   return text + format("  tested on        %s\n  output           %s/\n",
-                       o.validate ? "sectors of the training depression that hold no shots" : "all chips of the test depression",
+                       o.validate    ? "sectors of the training depression that hold no shots"
+                       : o.test_rest ? "all chips of the test depression; of classes that have none, the others of the training depression"
+                                     : "all chips of the test depression",
                        o.output.c_str());
 }
 
@@ -199,9 +197,10 @@ std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chi
             if (!test) {
               test = test_of_classes(chips, draw, o.validate);
               tested = test->amplitude;
-              if (o.exchange)
-                tested = torch::cat({tested, with_exchanged_background(chips, draw, o.validate, true).amplitude,
-                                     with_exchanged_background(chips, draw, o.validate, false).amplitude});
+              if (o.exchange) {
+                const ExchangedChips exchanged = with_exchanged_backgrounds(chips, draw, o.validate);
+                tested = torch::cat({tested, exchanged.within.amplitude, exchanged.across.amplitude});
+              }
             }
             if (!training) {
               use_torch_threads(1);

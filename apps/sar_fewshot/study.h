@@ -147,7 +147,10 @@ std::vector<Image<float>> powers_of(const LabelledChips& chips);
 
 /// The test chips, with targets and shadows on the backgrounds of other test chips: of the same class (a control: whatever this costs is
 /// the exchange's own fault) or of other classes. Targets and shadows are regions of find_regions() around the centre, and 3 pixels more.
-LabelledChips with_exchanged_background(const std::vector<ClassChips>& chips, const Draw& draw, bool validate, bool within_class);
+struct ExchangedChips {
+  LabelledChips within, across;
+};
+ExchangedChips with_exchanged_backgrounds(const std::vector<ClassChips>& chips, const Draw& draw, bool validate);
 
 /// Statistics of the background of measured chips and of learned ones at the same azimuths, and how often a network can tell them apart;
 /// in Markdown. Of the first draw with the most shots.

@@ -12,6 +12,7 @@ using namespace sarnerf::test;
 namespace {
 
 std::vector<double> encoded(const glm::dvec3& x, int n_frequencies) {
+  if (n_frequencies < 0) return {};
   std::vector<double> out{x.x, x.y, x.z};
   for (int l = 0; l < n_frequencies; ++l) {
     for (int axis = 0; axis < 3; ++axis) out.push_back(std::sin(std::pow(2.0, l) * M_PI * x[axis]));
@@ -87,6 +88,7 @@ TEST_CASE("impossible networks are refused") {
   CHECK_THROWS_AS(mlp_layers({.width = 7}), UsageError);
   CHECK_THROWS_AS(mlp_layers({.depth = 4, .skip = 3}), UsageError);
   CHECK_THROWS_AS(mlp_layers({.position_frequencies = -1}), UsageError);
+  CHECK_THROWS_AS(mlp_layers({.direction_frequencies = -2}), UsageError);
   Box flat;
   flat.include({0.0, 0.0, 0.0});
   flat.include({1.0, 0.0, 1.0});
@@ -115,7 +117,7 @@ TEST_CASE("a seed makes the same network again, within its bounds") {
 
 TEST_CASE("plain LibTorch computes what the network's description says") {
   for (const MlpShape& shape :
-       {MlpShape{}, MlpShape{3, 8, 1, 2, 1}, MlpShape{2, 6, 0, 0, 3}, MlpShape{1, 4, -1, 3, 0}}) {
+       {MlpShape{}, MlpShape{3, 8, 1, 2, 1}, MlpShape{2, 6, 0, 0, 3}, MlpShape{1, 4, -1, 3, 0}, MlpShape{2, 6, 0, 2, -1}}) {
     const MlpNetwork network = network_in_double(shape, 3);
     const Rays rays = random_rays(40, 4);
     const MlpOutput out = evaluate(network, rays, MlpKernel::plain);

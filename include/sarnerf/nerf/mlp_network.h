@@ -28,7 +28,7 @@ struct MlpShape {
   int width = 256;  ///< even, ≥ 2
   int skip = 4;     ///< 0-based; negative for none, else less than depth − 1
   int position_frequencies = 10;  ///< L of eq. 27 for the position, ≥ 0
-  int direction_frequencies = 4;  ///< the same for the direction
+  int direction_frequencies = 4;  ///< the same for the direction; −1: S does not depend on it
 
   bool operator==(const MlpShape&) const = default;
 };
@@ -47,8 +47,8 @@ std::vector<MlpLayer> mlp_layers(const MlpShape& shape);
 
 std::int64_t mlp_parameter_count(const MlpShape& shape);
 
-/// Features of an encoded vector of three components: itself, and sin and cos of 2ˡπ times it for L frequencies.
-constexpr int encoded_size(int n_frequencies) { return 3 * (1 + 2 * n_frequencies); }
+/// Features of an encoded vector of three components: itself, and sin and cos of 2ˡπ times it for L frequencies; none for L = −1.
+constexpr int encoded_size(int n_frequencies) { return n_frequencies < 0 ? 0 : 3 * (1 + 2 * n_frequencies); }
 
 /// The field `mlp` of SAR-NeRF (printed eqs. 25–27): a network that maps a point and the direction of the ray through
 /// it to σ_r and S_r. The renderer interprets them: κ = ReLU(σ_r) / (2 Δ_ref), and S follows from S_r by a

@@ -39,8 +39,8 @@ std::vector<MlpLayer> mlp_layers(const MlpShape& shape) {
   expect(shape.skip < shape.depth - 1 || shape.skip < 0, "a skip before the last layer of the trunk", shape.skip);
   expect(shape.position_frequencies >= 0 && shape.position_frequencies <= 64, "0 to 64 frequencies of the position",
          shape.position_frequencies);
-  expect(shape.direction_frequencies >= 0 && shape.direction_frequencies <= 64,
-         "0 to 64 frequencies of the direction", shape.direction_frequencies);
+  expect(shape.direction_frequencies >= -1 && shape.direction_frequencies <= 64,
+         "0 to 64 frequencies of the direction, or -1 for no direction", shape.direction_frequencies);
 
   std::vector<MlpLayer> layers;
   std::int64_t next = 0;
@@ -73,7 +73,7 @@ void clear_identity(const MlpShape& shape, const torch::Tensor& of_parameters) {
   bool first = true;
   for (const MlpLayer& layer : mlp_layers(shape)) {
     const bool sees_position = first || (layer.name == "trunk" && layer.n_in == position + shape.width);
-    const bool sees_direction = layer.name == "direction";
+    const bool sees_direction = layer.name == "direction" && shape.direction_frequencies >= 0;
     first = false;
     if (!sees_position && !sees_direction) continue;
     const torch::Tensor w = of_parameters.narrow(0, layer.weight, layer.n_in * layer.n_out).view({layer.n_out, layer.n_in});
@@ -133,6 +133,7 @@ torch::Tensor tensor_of(std::span<const glm::vec3> vectors, torch::ScalarType ty
 
 /// Printed eq. 27 with the vector itself in front. [n, 3] → [n, encoded_size(L)]
 torch::Tensor encode(const torch::Tensor& x, int n_frequencies) {
+  if (n_frequencies < 0) return x.narrow(1, 0, 0);
   std::vector<torch::Tensor> parts{x};
   for (int l = 0; l < n_frequencies; ++l) {
     const torch::Tensor angle = x * (std::ldexp(std::numbers::pi, l));

@@ -34,7 +34,7 @@ std::size_t values_bytes(std::size_t n_samples, std::size_t steps) { return n_sa
 
 bool fused_kernels_fit(const MlpShape& shape) {
   return shape.width % 64 == 0 && shape.width <= 512 && shape.depth <= 16 && shape.position_frequencies <= 12 &&
-         shape.direction_frequencies <= 12;
+         shape.direction_frequencies >= 0 && shape.direction_frequencies <= 12;
 }
 
 MlpPlanOwner::MlpPlanOwner(const MlpShape& shape, const Box& box_m) {
