@@ -71,7 +71,7 @@ mlp_time=600 paper_time=3600
 training_pitches=35:55:2
 even_pitches="36 38 40 42 44 46 48 50 52 54"
 far_pitches="30 60"
-lattice=256
+lattice=256 paper_lattice=128
 if $quick; then
   solids=cuboid
   views="36 12"
@@ -81,7 +81,7 @@ if $quick; then
   mlp_time=30 paper_time=30
   training_pitches=35:55:10
   even_pitches="40 50"
-  lattice=128
+  lattice=64 paper_lattice=64
 fi
 if [ -n "$seconds_limit" ]; then
   if [ "$seconds_limit" -lt $mlp_time ]; then mlp_time=$seconds_limit; fi

@@ -220,8 +220,9 @@ figures_12_13() {
     if [ "$solid" = cuboid ] || $long; then fields="surface paper"; fi
     for f in $fields; do
       data=$out/$solid.pitches
-      if [ $f = paper ]; then data=$out/$solid.36; fi
-      cell "body_$solid.$f" 60 "$programs/sar_extract/sar_extract" "$data.$f" "$out/$solid.$f.vdb" --resolution $lattice --extent 20 \
+      n_voxels=$lattice
+      if [ $f = paper ]; then data=$out/$solid.36 n_voxels=$paper_lattice; fi
+      cell "body_$solid.$f" 60 "$programs/sar_extract/sar_extract" "$data.$f" "$out/$solid.$f.vdb" --resolution $n_voxels --extent 20 \
         --truth "$root/data/$solid.json" --images "$data" --mesh "$out/$solid.$f.ply" --preview "$out/body_$solid.$f.png" --overwrite -q
     done
   done
@@ -249,7 +250,7 @@ TEXT
     done
   done | text
   text << TEXT
-*A lattice of $lattice³ voxels over 20 m. Of the paper's method a voxel is full where its extinction reaches the automatic threshold; the paper removes those with σ = 0.*
+*Lattices of $lattice³ voxels over 20 m; of $paper_lattice³ for the paper's method. Of the paper's method a voxel is full where its extinction reaches the automatic threshold; the paper removes those with σ = 0.*
 TEXT
 }
 
