@@ -228,9 +228,5 @@ everything
 mv "$out/paper.md.part" "$out/paper.md"
 "$programs/sar_bench/sar_bench" page "$out/paper.md" -o "$out/paper.html"
 if $publish; then
-  pictures=$root/docs/images/paper
-  rm -rf "$pictures"
-  mkdir -p "$pictures"
-  grep -o '](\([^)]*\.png\))' "$out/paper.md" | sed 's/](\(.*\))/\1/' | while read -r picture; do cp "$out/$picture" "$pictures"; done
-  sed 's#](\([^)]*\.png\))#](images/paper/\1)#; s#](\([^)]*\)docs/results/#](results/#' "$out/paper.md" > "$root/docs/paper.md"
+  publish "$out/paper.md" "$root/docs/paper.md" "$root/docs/images/paper"
 fi

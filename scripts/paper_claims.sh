@@ -5,13 +5,14 @@ set -eu
 
 usage() {
   cat <<USAGE
-Usage: scripts/paper_claims.sh [--seeds N] [--time SECONDS] [--jobs N] [--folder FOLDER]
+Usage: scripts/paper_claims.sh [--seeds N] [--time SECONDS] [--jobs N] [--publish] [--folder FOLDER]
 Learns 36 views of the cuboid, 64 x 64 pixels of 0.6 m, with the field mlp and one change at a time, and prints held-out PSNR
 against seconds and steps (Markdown); claims.html and the diagrams are in FOLDER. What is there is not made again. About five
 hours on two cores, half of it with --jobs 2.
   --seeds N         runs of each setting (default 5)
   --time SECONDS    of each run (default 300)
   --jobs N          runs at the same time, each on an equal number of cores (default 1)
+  --publish         copies the page to docs/results/paper_claims.md, its diagrams to docs/images/paper_claims
   --folder FOLDER   (default build/paper_claims)
 USAGE
 }
@@ -20,9 +21,10 @@ root=$(cd "$(dirname "$0")/.." && pwd)
 seeds=5
 time=300
 jobs=1
+publish=false
 folder=$root/build/paper_claims
 . "$root/scripts/report_values.sh"
-take_options "seeds time jobs folder" "" "$@"
+take_options "seeds time jobs publish! folder" "" "$@"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 threads=$(($(nproc) / jobs))
 if [ "$threads" -lt 1 ]; then
@@ -121,3 +123,4 @@ TEXT
 all_settings
 "$programs/sar_bench/sar_bench" page "$folder/claims.md" -q > /dev/null
 cat "$folder/claims.md"
+if $publish; then publish "$folder/claims.md" "$root/docs/results/paper_claims.md" "$root/docs/images/paper_claims"; fi

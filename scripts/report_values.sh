@@ -141,3 +141,11 @@ despeckled_row() {
   done
   printf '%.1f |' "$(training_seconds "$1")"
 }
+
+# publish PAGE DOCUMENT PICTURES: copies a page of Markdown to a document of docs/, and the pictures of the page to a folder there.
+publish() {
+  rm -rf "$3"
+  mkdir -p "$3"
+  for picture in $(grep -o '([^()]*\.png)' "$1" | tr -d '()'); do cp "$(dirname "$1")/$picture" "$3"; done
+  sed "s#(\([^()]*\.png\))#($(realpath --relative-to="$(dirname "$2")" "$3")/\1)#; s#([^()]*/docs/results/#(results/#" "$1" > "$2"
+}
