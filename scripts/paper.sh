@@ -8,7 +8,7 @@ usage() {
 Usage: scripts/paper.sh [--quick] [--only solids|chips] [--seconds N] [--chips FOLDER] [--import OPTIONS] [--lpips FILE] [--long]
          [--recorded] [--publish] [OUT]
 Renders, learns, extracts and scores what the paper shows, and writes OUT/paper.md and OUT/paper.html (one file). What is in OUT is
-not made again: an interrupted run goes on where it stopped. About five hours on two cores.
+not made again: an interrupted run goes on where it stopped. About seven hours on two cores, five and a half with --recorded.
   --quick           fewer views and short trainings, in about ten minutes: to see what there is, not to quote
   --only PART       solids: Figs. 7 to 13 and Table 1; chips: Table 2 and Figs. 14 to 16
   --seconds N       no training longer than so; the page says it
@@ -16,7 +16,7 @@ not made again: an interrupted run goes on where it stopped. About five hours on
                     folder of the paper's Figs. 15 and 16 begins with 2S1. Default: chips of a simulated truck
   --import OPTIONS  of sar_import images (default "--amplitude-scale 4/65535")
   --lpips FILE      weights for LPIPS (docs/guide/lpips.md)
-  --long            the paper's method in every cell of Table 1, not in one (eleven hours more)
+  --long            the paper's method in every cell of Table 1, not in one (fourteen hours more)
   --recorded        scores of networks that docs/results/paper_cells has, instead of training these again
   --publish         of a full run with measured chips: copies the page to docs/paper.md, its pictures to docs/images/paper
   OUT               (default build/paper)
@@ -60,14 +60,14 @@ fi
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 mkdir -p "$out/cells"
 revision=$(git -C "$root" rev-parse --short HEAD 2> /dev/null || echo unknown)
-machine=$(machine_name)
 
 solids="cuboid platform_upright platform_inverted"
 views="72 36 24 12"
 test_azimuths=0:359:1
 paper_azimuths=0:359:7  # the paper's method takes 20 s a view: what it skips must not change the result
-paper_scoring=1000
+paper_scoring=1000 paper_turning=260 paper_extracting=400
 mlp_time=600 paper_time=3600
+mlp_scoring=420
 training_pitches=35:55:2
 even_pitches="36 38 40 42 44 46 48 50 52 54"
 far_pitches="30 60"
@@ -77,8 +77,9 @@ if $quick; then
   views="36 12"
   test_azimuths=9:351:38
   paper_azimuths=9:351:114
-  paper_scoring=80
+  paper_scoring=80 paper_turning=80 paper_extracting=60
   mlp_time=30 paper_time=30
+  mlp_scoring=30
   training_pitches=35:55:10
   even_pitches="40 50"
   lattice=64 paper_lattice=64
@@ -126,12 +127,12 @@ text() {
   if $counting; then cat > /dev/null; else cat >> "$out/paper.md.part"; fi
 }
 
-# made_at: the revisions of the cells, and the machine of this run.
+# made_at: the revisions of the cells, and the processors of the trainings, recorded ones among them.
 made_at() {
   echo
   printf '*Made at revision '
   cat "$out"/cells/*.done | sort | uniq -c | sort -rn | awk '{ printf "%s%s (%d cells)", (NR > 1 ? ", " : ""), $2, $1 }'
-  echo ", on $machine, $(nproc) cores.*"
+  echo ", on $(sed -n 's/^ *"processor": "\([^"]*\)".*/\1/p' "$out"/*/report.json | sort -u | paste -sd ,), $(nproc) cores.*"
 }
 
 # render SCENE OUT OPTIONS...: images of the paper's size, with four times as many rays as the automatic sampling, so that truth and

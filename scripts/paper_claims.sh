@@ -26,12 +26,25 @@ folder=$root/build/paper_claims
 . "$root/scripts/report_values.sh"
 take_options "seeds time jobs publish! folder" "" "$@"
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
+for number in "$seeds" "$time" "$jobs"; do
+  case "$number" in
+    "" | *[!0-9]* | 0*) echo "paper_claims.sh: --seeds, --time and --jobs: expected whole numbers above 0, found '$number'" >&2; exit 2 ;;
+  esac
+done
 threads=$(($(nproc) / jobs))
 if [ "$threads" -lt 1 ]; then
   echo "paper_claims.sh: --jobs $jobs: expected at most one for each of $(nproc) cores" >&2
   exit 2
 fi
 mkdir -p "$folder"
+# Runs of other settings would be taken for this study's.
+settings="$time s, $threads threads"
+if [ -f "$folder/settings.txt" ] && [ "$(cat "$folder/settings.txt")" != "$settings" ]; then
+  echo "paper_claims.sh: $folder: expected runs of $settings, found those of $(cat "$folder/settings.txt"); choose another folder" >&2
+  exit 2
+fi
+echo "$settings" > "$folder/settings.txt"
+revision=$(git -C "$root" rev-parse --short HEAD 2> /dev/null || echo unknown)
 
 render() {
   "$programs/sar_render/sar_render" "$root/data/cuboid.json" --pitch 45 --azimuth "$1" --size 64x64 --spacing 0.6 --altitude 10000 \
@@ -55,7 +68,7 @@ setting() {
       n_missing=$((n_missing + 1))
       echo "echo 'paper_claims.sh: run $n_missing, $name, seed $seed' >&2; '$programs/sar_nerf_train/sar_nerf_train' '$folder/data' -o '$run' \
 --field mlp --against '$folder/test' --holdout 0 --time ${time}s --seed $seed --threads $threads -q $* > '$folder/$base.$seed.log' 2>&1 || \
-{ tail -n 1 '$folder/$base.$seed.log' >&2; exit 255; }" >> "$folder/missing"
+{ tail -n 1 '$folder/$base.$seed.log' >&2; exit 255; }; echo '$revision' > '$run/revision.txt'" >> "$folder/missing"
     fi
     runs=$runs${runs:+,}$run
   done
@@ -117,7 +130,7 @@ cat > "$folder/claims.md" <<TEXT
 # Which of the paper's claims about its network hold
 
 The field \`mlp\`, 36 views of the cuboid at 45°, 64 × 64 pixels of 0.6 m; PSNR of power over 12 unseen azimuths; $seeds seeds, mean (least to largest). Made by
-\`scripts/paper_claims.sh --seeds $seeds --time $time --jobs $jobs\`, revision $(git -C "$root" rev-parse --short HEAD 2> /dev/null || echo unknown), on
+\`scripts/paper_claims.sh --seeds $seeds --time $time --jobs $jobs\`, revision $(cat "$folder"/*/revision.txt | sort | uniq -c | sort -rn | awk '{ printf "%s%s (%d runs)", (NR > 1 ? ", " : ""), $2, $1 }'), on
 $(machine_name), $threads of $(nproc) cores for each run. \`8 x 256\`, \`exact rule\` and \`four frequencies\` are the same runs.
 TEXT
 all_settings

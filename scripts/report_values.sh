@@ -142,10 +142,18 @@ despeckled_row() {
   printf '%.1f |' "$(training_seconds "$1")"
 }
 
-# publish PAGE DOCUMENT PICTURES: copies a page of Markdown to a document of docs/, and the pictures of the page to a folder there.
+# publish PAGE DOCUMENT PICTURES: copies a page of Markdown to a document of docs/, and the pictures of the page to a folder there. A missing
+# picture leaves both as they were.
 publish() {
+  publish_new=$3.new
+  rm -rf "$publish_new"
+  mkdir -p "$publish_new"
+  if ! grep -o '([^()]*\.png)' "$1" | tr -d '()' | while IFS= read -r picture; do cp "$(dirname "$1")/$picture" "$publish_new" || exit 1; done; then
+    rm -rf "$publish_new"
+    return 1
+  fi
   rm -rf "$3"
-  mkdir -p "$3"
-  for picture in $(grep -o '([^()]*\.png)' "$1" | tr -d '()'); do cp "$(dirname "$1")/$picture" "$3"; done
-  sed "s#(\([^()]*\.png\))#($(realpath --relative-to="$(dirname "$2")" "$3")/\1)#; s#([^()]*/docs/results/#(results/#" "$1" > "$2"
+  mv "$publish_new" "$3"
+  sed "s#(\([^()]*\.png\))#($(realpath --relative-to="$(dirname "$2")" "$3")/\1)#g; s#([^()]*/docs/results/#(results/#g" "$1" > "$2.new"
+  mv "$2.new" "$2"
 }

@@ -90,9 +90,10 @@ std::vector<std::size_t> unseen_views(std::span<const DatasetView> views,
 
 Kind<double> despeckle_degrees() { return between("DEG", 1e-3, 90.0).or_word("off", 0.0); }
 
-std::optional<DespeckledTruth> despeckled_if_asked(double despeckle_deg,
-                                                   std::span<const PosedImage> unseen) {
+std::optional<DespeckledTruth> despeckled_if_asked(double despeckle_deg, std::vector<PosedImage> unseen, bool exact_poses,
+                                                   const Monitor& monitor) {
   if (despeckle_deg == 0.0) return std::nullopt;
+  if (!exact_poses) register_views(unseen, kCut_pixels, 0.0, monitor);
   DespeckledTruth truth = despeckled_truth(unseen, rad_from_deg(despeckle_deg));
   if (!truth.views.empty()) return truth;
   throw UsageError("--despeckle: of " + counted(unseen.size(), "unseen view") +

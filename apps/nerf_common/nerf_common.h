@@ -47,10 +47,11 @@ std::vector<std::size_t> unseen_views(std::span<const DatasetView> views,
 /// The value of --despeckle: degrees, at most 90; 0 for "off".
 Kind<double> despeckle_degrees();
 
-/// The despeckled truth of views that were not trained on; nothing if the option is off. Throws UsageError if no view
-/// has the neighbours that this needs.
-std::optional<DespeckledTruth> despeckled_if_asked(double despeckle_deg,
-                                                   std::span<const PosedImage> unseen);
+/// The despeckled truth of views that were not trained on; nothing if the option is off. Views whose poses are not exact are first registered
+/// to one another, never to a method's output, so that all methods have the same truth. Throws UsageError if no view has the
+/// neighbours that this needs.
+std::optional<DespeckledTruth> despeckled_if_asked(double despeckle_deg, std::vector<PosedImage> unseen, bool exact_poses,
+                                                   const Monitor& monitor);
 
 /// Title of the table: describes the despeckled truth.
 std::string despeckled_title(double despeckle_deg, const DespeckledTruth& truth);

@@ -27,12 +27,8 @@ double apart_deg(double a_deg, double b_deg) { return std::abs(std::remainder(a_
 
 bool is_near(double depression_deg, double wanted_deg) { return std::abs(depression_deg - wanted_deg) < kSameDepression_deg; }
 
-}  // namespace
-
-namespace {
-
-/// A chip of the study.
-struct Found {
+/// A chip and its class.
+struct ChipOfClass {
   std::string class_name;
   double depression_deg = 0.0;
   PosedImage image;
@@ -44,12 +40,12 @@ bool is_wanted(const Options& o, const std::string& class_name, double depressio
          (is_near(depression_deg, o.training_depression_deg) || is_near(depression_deg, o.test_depression_deg));
 }
 
-std::vector<Found> chips_of_table(const Options& o, const Monitor& monitor) {
+std::vector<ChipOfClass> chips_of_table(const Options& o, const Monitor& monitor) {
   const PictureRule rule{.spacing_m = o.spacing_m, .scale = o.scale};
   std::vector<IndexedImage> wanted;
   for (const IndexedImage& image : read_image_index(o.table, o.chips))
     if (image.depression_deg && is_wanted(o, image.class_name, *image.depression_deg)) wanted.push_back(image);
-  std::vector<Found> found(wanted.size());
+  std::vector<ChipOfClass> found(wanted.size());
   std::mutex mutex;
   std::size_t n_read = 0;
   parallel_for(wanted.size(), 8, [&](std::size_t begin, std::size_t end, int) {
@@ -68,12 +64,12 @@ std::vector<Found> chips_of_table(const Options& o, const Monitor& monitor) {
 }
 
 /// Views of all datasets in the folder. A view without a class has that of the folder's subfolder that it lies in.
-std::vector<Found> chips_of_datasets(const Options& o, const Monitor& monitor) {
+std::vector<ChipOfClass> chips_of_datasets(const Options& o, const Monitor& monitor) {
   std::vector<std::filesystem::path> folders;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(o.chips))
     if (entry.path().filename() == kManifestName) folders.push_back(entry.path().parent_path());
   std::ranges::sort(folders);
-  std::vector<Found> found;
+  std::vector<ChipOfClass> found;
   for (std::size_t f = 0; f < folders.size(); ++f) {
     const Dataset dataset = read_manifest(folders[f]);
     const std::string subfolder = std::filesystem::relative(folders[f], o.chips).begin()->string();
@@ -92,16 +88,37 @@ std::vector<Found> chips_of_datasets(const Options& o, const Monitor& monitor) {
   return found;
 }
 
+/// Throws InputError unless all chips have room for the largest crop, and one spacing.
+void require_one_kind(const std::vector<ClassChips>& chips) {
+  constexpr double kSameSpacing = 0.01;
+  const Acquisition& first = chips.front().training.front().acquisition;
+  for (const ClassChips& c : chips)
+    for (const auto* list : {&c.training, &c.test})
+      for (const PosedImage& chip : *list) {
+        const Acquisition& a = chip.acquisition;
+        if (a.n_azimuth < kStoredSide || a.n_range < kStoredSide)
+          throw InputError(format("%s: expected a chip of %d x %d pixels or more, found %d x %d", chip.name.c_str(), kStoredSide, kStoredSide,
+                                  a.n_azimuth, a.n_range));
+        if (std::abs(a.azimuth_spacing_m / first.azimuth_spacing_m - 1.0) > kSameSpacing ||
+            std::abs(a.range_spacing_m / first.range_spacing_m - 1.0) > kSameSpacing)
+          throw InputError(format("%s: expected the other chips' pixel spacing, %g x %g m, found %g x %g m", chip.name.c_str(),
+                                  first.azimuth_spacing_m, first.range_spacing_m, a.azimuth_spacing_m, a.range_spacing_m));
+      }
+}
+
 }  // namespace
 
 std::vector<ClassChips> read_chips(const Options& o, Console& console, const Monitor& monitor) {
-  std::vector<Found> found = o.table.empty() ? chips_of_datasets(o, monitor) : chips_of_table(o, monitor);
+  if (!o.validate && std::abs(o.training_depression_deg - o.test_depression_deg) < 2.0 * kSameDepression_deg)
+    throw UsageError(format("--test-depression %g: expected %g degrees or more from that of the shots, %g, since depressions are nominal",
+                            o.test_depression_deg, 2.0 * kSameDepression_deg, o.training_depression_deg));
+  std::vector<ChipOfClass> found = o.table.empty() ? chips_of_datasets(o, monitor) : chips_of_table(o, monitor);
   if (found.empty())
     throw InputError(format("%s: expected chips%s at %g or %g deg of depression, found none%s", o.chips.c_str(),
                             o.classes.empty() ? "" : " of these classes", o.training_depression_deg, o.test_depression_deg,
                             o.table.empty() ? "; datasets are searched (sar_import makes them), or images of a table (--csv)" : ""));
   std::map<std::string, ClassChips> by_name;
-  for (Found& f : found) {
+  for (ChipOfClass& f : found) {
     ClassChips& chips = by_name[f.class_name];
     (is_near(f.depression_deg, o.training_depression_deg) ? chips.training : chips.test).push_back(std::move(f.image));
   }
@@ -111,6 +128,7 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
   std::vector<ClassChips> result;
   const int most = *std::ranges::max_element(o.shots);
   for (auto& [name, chips] : by_name) {
+    if (o.most_classes > 0 && result.size() == o.most_classes) break;
     chips.name = name;
     for (auto* list : {&chips.training, &chips.test}) std::ranges::sort(*list, {}, azimuth_deg);
     const bool enough = static_cast<int>(chips.training.size()) >= std::max(most, 1);
@@ -120,16 +138,43 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
                               o.test_depression_deg, chips.training.size(), chips.test.size()));
     result.push_back(std::move(chips));
   }
-  if (o.most_classes > 0 && result.size() > o.most_classes) result.resize(o.most_classes);
   if (!o.validate && std::ranges::all_of(result, [](const ClassChips& c) { return c.test.empty(); }))
     throw InputError(format("%s: expected chips at %g deg of one class or more, found none", o.chips.c_str(), o.test_depression_deg));
   if (result.size() < 2)
     throw InputError(o.chips.string() + ": expected chips of two classes or more, found those of " + result.front().name + " alone");
+  require_one_kind(result);
   std::size_t n_chips = 0;
   for (const ClassChips& c : result) n_chips += c.training.size() + c.test.size();
   console.note(counted(n_chips, "chip") + " of " + counted(result.size(), "class", "classes"));
   return result;
 }
+
+namespace {
+
+/// Whether a chip of the training depression is tested in this draw of a validation.
+bool is_in_tested_sector(const PosedImage& chip, int number) {
+  const double a_deg = std::remainder(azimuth_deg(chip), 360.0);
+  const int sector = static_cast<int>(std::floor((a_deg < 0.0 ? a_deg + 360.0 : a_deg) / kSector_deg));
+  return sector % kFolds == number % kFolds;
+}
+
+/// `n_shots` of the usable chips, the nearest one to each of so many equal steps of azimuth.
+std::vector<std::size_t> spread_shots(const ClassChips& c, std::vector<std::size_t> usable, int n_shots, double start_deg) {
+  if (usable.size() < static_cast<std::size_t>(n_shots))
+    throw UsageError(format("class %s: expected %d shots outside the sectors that are tested, found %zu chips; ask for fewer (--shots)",
+                            c.name.c_str(), n_shots, usable.size()));
+  std::vector<std::size_t> shots;
+  for (int k = 0; k < n_shots; ++k) {
+    const double wanted_deg = start_deg + 360.0 * k / n_shots;
+    const auto nearest = std::ranges::min_element(usable, {}, [&](std::size_t n) { return apart_deg(azimuth_deg(c.training[n]), wanted_deg); });
+    shots.push_back(*nearest);
+    usable.erase(nearest);
+  }
+  std::ranges::sort(shots);
+  return shots;
+}
+
+}  // namespace
 
 Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, bool validate) {
   Draw draw{n_shots, number, {}, {}};
@@ -137,22 +182,13 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, b
   for (const ClassChips& c : chips) {
     std::vector<std::size_t> usable, test;
     for (std::size_t n = 0; n < c.training.size(); ++n) {
-      const double a_deg = std::remainder(azimuth_deg(c.training[n]), 360.0);
-      const int sector = static_cast<int>(std::floor((a_deg < 0.0 ? a_deg + 360.0 : a_deg) / kSector_deg));
-      (validate && sector % kFolds == number % kFolds ? test : usable).push_back(n);
+      if (validate && is_in_tested_sector(c.training[n], number))
+        test.push_back(n);
+      else
+        usable.push_back(n);
     }
-    std::vector<std::size_t> shots;
     const double start_deg = std::uniform_real_distribution(0.0, 360.0)(random);
-    if (n_shots == 0) shots = usable;
-    if (usable.size() < static_cast<std::size_t>(n_shots))
-      throw UsageError(format("class %s: expected %d shots outside the sectors that are tested, found %zu chips; ask for fewer (--shots)",
-                              c.name.c_str(), n_shots, usable.size()));
-    for (int k = 0; k < n_shots; ++k) {
-      const double wanted_deg = start_deg + 360.0 * k / n_shots;
-      std::erase_if(usable, [&](std::size_t n) { return std::ranges::find(shots, n) != shots.end(); });
-      shots.push_back(*std::ranges::min_element(usable, {}, [&](std::size_t n) { return apart_deg(azimuth_deg(c.training[n]), wanted_deg); }));
-    }
-    std::ranges::sort(shots);
+    std::vector<std::size_t> shots = n_shots == 0 ? usable : spread_shots(c, usable, n_shots, start_deg);
     if (!validate)
       for (std::size_t n = 0; n < tested_chips(c, validate).size(); ++n)
         if (!c.test.empty() || !std::ranges::binary_search(shots, n)) test.push_back(n);
@@ -169,9 +205,6 @@ LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const
   for (std::size_t n = 0; n < chips.size(); ++n) {
     const Image<float>& power = chips[n]->power;
     const int first_row = (power.n_azimuth() - side) / 2, first_column = (power.n_range() - side) / 2;
-    if (first_row < 0 || first_column < 0)
-      throw InputError(format("%s: expected a chip of %d x %d pixels or more, found %d x %d", chips[n]->name.c_str(), side, side,
-                              power.n_azimuth(), power.n_range()));
     float* out = result.amplitude[static_cast<std::int64_t>(n)].data_ptr<float>();
     for (int i = 0; i < side; ++i)
       for (int j = 0; j < side; ++j) *out++ = std::sqrt(std::max(0.0f, power(first_row + i, first_column + j)));

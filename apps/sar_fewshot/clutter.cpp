@@ -22,16 +22,16 @@ namespace sarnerf::app {
 namespace {
 
 /// A chip, where its target and its shadow are, and the power of its background.
-struct Separated {
+struct TargetAndBackground {
   const Image<float>* power = nullptr;
   Image<std::uint8_t> kept;
   double background_power = 0.0;
 };
 
 /// Pixels of target or shadow that hang together with those next to the centre, and their surroundings. Others are speckle.
-Separated separated(const Image<float>& power) {
+TargetAndBackground separated(const Image<float>& power) {
   constexpr int kCentre_pixels = 16, kDilation_pixels = 3;
-  Separated result{&power, Image<std::uint8_t>(power.n_azimuth(), power.n_range()), 1.0};
+  TargetAndBackground result{&power, Image<std::uint8_t>(power.n_azimuth(), power.n_range()), 1.0};
   const std::optional<Regions> regions = find_regions(power);
   if (!regions) return result;
   result.background_power = regions->background_power;
@@ -56,7 +56,7 @@ Separated separated(const Image<float>& power) {
 
 /// The target and the shadow of one chip on the background of another one, which is scaled to the first one's power. Where the other chip
 /// has its own target there is background of its edge, half a chip away.
-Image<float> on_background_of(const Separated& target, const Separated& donor) {
+Image<float> on_background_of(const TargetAndBackground& target, const TargetAndBackground& donor) {
   Image<float> result = *target.power;
   const Image<float>& other = *donor.power;
   const auto gain = static_cast<float>(target.background_power / donor.background_power);
@@ -90,7 +90,7 @@ std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::s
 
 }  // namespace
 
-ExchangedChips with_exchanged_backgrounds(const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
+void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
   std::vector<std::int64_t> labels;
   std::vector<const PosedImage*> originals;
   for (std::size_t c = 0; c < chips.size(); ++c)
@@ -98,7 +98,7 @@ ExchangedChips with_exchanged_backgrounds(const std::vector<ClassChips>& chips, 
       originals.push_back(&tested_chips(chips[c], validate)[n]);
       labels.push_back(static_cast<std::int64_t>(c));
     }
-  std::vector<Separated> separate(originals.size());
+  std::vector<TargetAndBackground> separate(originals.size());
   parallel_for(originals.size(), 8, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) separate[n] = separated(originals[n]->power);
   });
@@ -113,7 +113,8 @@ ExchangedChips with_exchanged_backgrounds(const std::vector<ClassChips>& chips, 
     for (const PosedImage& chip : results) pointers.push_back(&chip);
     return labelled(pointers, labels);
   };
-  return {exchanged(true), exchanged(false)};
+  test.within = exchanged(true);
+  test.across = exchanged(false);
 }
 
 // Measured and generated background.
@@ -178,9 +179,9 @@ std::string clutter_text(const Options& o, const std::vector<ClassChips>& chips,
   more_looks.looks_factor = 2.0;
   Options doubled = o;
   doubled.generation = more_looks;
-  const LabelledChips one = generated_chips(Arm::learned, chips, draw, o, cache, monitor),
-                      two = generated_chips(Arm::learned, chips, draw, doubled, cache, monitor);
-  const ClutterStatistics a = statistics_of(measured, "measured"), b = statistics_of(one, "generated");
+  const LabelledChips learned = generated_chips(Arm::learned, chips, draw, o, cache, monitor),
+                      learned_twice_the_looks = generated_chips(Arm::learned, chips, draw, doubled, cache, monitor);
+  const ClutterStatistics a = statistics_of(measured, "measured"), b = statistics_of(learned, "generated");
 
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](const std::string& what, double x, double y) {
@@ -191,14 +192,15 @@ std::string clutter_text(const Options& o, const std::vector<ClassChips>& chips,
     add(format("autocorrelation, %zu along track", lag + 1), a.azimuth[lag], b.azimuth[lag]);
     add(format("autocorrelation, %zu in range", lag + 1), a.range[lag], b.range[lag]);
   }
-  const ToldApart real = told_apart(measured, one, o.training, monitor), looks = told_apart(one, two, o.training, monitor);
+  const ToldApart kinds = told_apart(measured, learned, o.training, monitor),
+                  looks = told_apart(learned, learned_twice_the_looks, o.training, monitor);
   return format("# Background of measured and of generated chips\n\n%lld chips of either kind, %d shots of each class\n\n",
-                static_cast<long long>(std::min(measured.size(), one.size())), draw.n_shots) +
+                static_cast<long long>(std::min(measured.size(), learned.size())), draw.n_shots) +
          markdown_table({{"background"}, {"measured", Align::right}, {"generated", Align::right}, {"difference", Align::right}}, rows) +
          format("\nA network that learned on every second class tells corners of 24 × 24 pixels of the others apart:\n"
                 "measured from generated: %.1f %% of %lld (50 %% is chance)\n"
                 "the looks of generated chips from twice as many: %.1f %% of %lld\n",
-                100.0 * real.accuracy, static_cast<long long>(real.n_patches), 100.0 * looks.accuracy,
+                100.0 * kinds.accuracy, static_cast<long long>(kinds.n_patches), 100.0 * looks.accuracy,
                 static_cast<long long>(looks.n_patches));
 }
 

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
 #include <utility>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/image_analysis.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/image_file.h"
@@ -16,6 +16,7 @@
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/trainer.h"
 #include "study.h"
+#include "torch_setup.h"
 
 namespace sarnerf::app {
 
@@ -42,33 +43,31 @@ struct FieldContext {
 };
 
 /// A view to generate, and the shot nearest to it.
-struct Wanted {
+struct WantedView {
   Acquisition acquisition;
   std::size_t nearest = 0;
 };
 
-/// Views at steps of azimuth from each shot, up to half the gap to its neighbours and no farther than the reach. At another depression
-/// than the shots', also at their azimuths.
-std::vector<Wanted> wanted_views(std::span<const PosedImage> shots, const GenerationOptions& o, std::optional<double> depression_deg) {
-  std::vector<Wanted> views;
-  const std::size_t n = shots.size();
-  for (std::size_t s = 0; s < n; ++s) {
+/// Views that divide each gap between neighbouring shots evenly, in steps of about `step_deg`, without those that are farther from a shot
+/// than the reach. At another depression than the shots', also at their azimuths.
+std::vector<WantedView> wanted_views(std::span<const PosedImage> shots, const GenerationOptions& o, std::optional<double> depression_deg) {
+  constexpr double kRounding_deg = 1e-9;
+  std::vector<WantedView> views;
+  for (std::size_t s = 0; s < shots.size(); ++s) {
     if (depression_deg) views.push_back({shots[s].acquisition, s});
-    for (const int side : {-1, 1}) {
-      const double next_deg = azimuth_deg(shots[(s + (side > 0 ? 1 : n - 1)) % n]);
-      double gap_deg = std::fmod(side * (next_deg - azimuth_deg(shots[s])) + 720.0, 360.0);
-      if (n == 1) gap_deg = 360.0;
-      const double most_deg = std::min(o.reach_deg, 0.5 * gap_deg);
-      // A view half way between two shots is generated once.
-      for (double d = o.step_deg; d < most_deg || (side > 0 && d == most_deg); d += o.step_deg) {
-        Wanted wanted{shots[s].acquisition, s};
-        wanted.acquisition.azimuth_rad += rad_from_deg(side * d);
-        views.push_back(wanted);
-      }
+    const std::size_t next = (s + 1) % shots.size();
+    const double gap_deg = shots.size() == 1 ? 360.0 : std::fmod(azimuth_deg(shots[next]) - azimuth_deg(shots[s]) + 720.0, 360.0);
+    const auto n_steps = std::lround(gap_deg / o.step_deg);
+    for (long k = 1; k < n_steps; ++k) {
+      const double from_deg = gap_deg * static_cast<double>(k) / static_cast<double>(n_steps);
+      if (std::min(from_deg, gap_deg - from_deg) > o.reach_deg + kRounding_deg) continue;
+      const std::size_t nearest = 2 * k <= n_steps ? s : next;
+      WantedView& view = views.emplace_back(WantedView{shots[nearest].acquisition, nearest});
+      view.acquisition.azimuth_rad = shots[s].acquisition.azimuth_rad + rad_from_deg(from_deg);
     }
   }
   if (depression_deg)
-    for (Wanted& view : views) view.acquisition.incidence_rad = rad_from_deg(90.0 - *depression_deg);
+    for (WantedView& view : views) view.acquisition.incidence_rad = rad_from_deg(90.0 - *depression_deg);
   return views;
 }
 
@@ -93,14 +92,17 @@ Box box_of(const Acquisition& a) {
   DatasetView view;
   view.incidence_deg = deg_from_rad(a.incidence_rad);
   view.slant_range_m = a.slant_range_m;
-  std::tie(view.n_azimuth, view.n_range) = std::pair(a.n_azimuth, a.n_range);
-  std::tie(view.azimuth_spacing_m, view.range_spacing_m) = std::pair(a.azimuth_spacing_m, a.range_spacing_m);
+  view.n_azimuth = a.n_azimuth;
+  view.n_range = a.n_range;
+  view.azimuth_spacing_m = a.azimuth_spacing_m;
+  view.range_spacing_m = a.range_spacing_m;
   return scene_box_of_swath(glm::dvec3(0.0), std::span(&view, 1));
 }
 
 /// Views of a field that is learned from the shots: means, without speckle. Shots are too few to find the height of their ground.
-std::vector<PosedImage> learned_views(std::span<const PosedImage> shots, const std::vector<Wanted>& wanted, const GenerationOptions& o,
+std::vector<PosedImage> learned_views(std::span<const PosedImage> shots, const std::vector<WantedView>& wanted, const GenerationOptions& o,
                                       const FieldContext& context, const Monitor& monitor) {
+  use_torch_threads(1);
   GroundRule rule;
   rule.least_views = 2;
   TrainingSet set = training_set({shots.begin(), shots.end()}, box_of(shots.front().acquisition),
@@ -113,30 +115,41 @@ std::vector<PosedImage> learned_views(std::span<const PosedImage> shots, const s
     trainer.step(static_cast<double>(step) / static_cast<double>(o.field_steps));
   }
   std::vector<PosedImage> result;
-  for (const Wanted& w : wanted) {
+  for (const WantedView& w : wanted) {
     monitor.check();
     result.push_back({"", w.acquisition, render_view(trainer.field(), w.acquisition)});
   }
   return result;
 }
 
-/// The views of an arm from the shots of one class, without Arm::learned_turned.
-std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<const PosedImage> shots, const Options& o,
-                                 const FieldContext& context, const Monitor& monitor) {
+/// The measured chip nearest to a view in azimuth, of those that may be learned from: no test chip.
+const PosedImage& nearest_chip(const ClassChips& chips, std::span<const std::size_t> test, const Acquisition& view) {
+  const PosedImage* nearest = nullptr;
+  double least_rad = std::numeric_limits<double>::infinity();
+  for (std::size_t n = 0; n < chips.training.size(); ++n) {
+    const double apart_rad = std::abs(std::remainder(chips.training[n].acquisition.azimuth_rad - view.azimuth_rad, 2.0 * kPi));
+    if (apart_rad >= least_rad || std::ranges::find(test, n) != test.end()) continue;
+    least_rad = apart_rad;
+    nearest = &chips.training[n];
+  }
+  return *nearest;
+}
+
+/// The views of an arm from the shots of one class, without Arm::learned_turned. `test`: those of its training chips that are tested.
+std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<const PosedImage> shots, std::span<const std::size_t> test,
+                                 const Options& o, const FieldContext& context, const Monitor& monitor) {
   if (arm == Arm::turned_circle) return turned_through_circle(shots);
   const bool as_shots = arm == Arm::turned || arm == Arm::measured;
-  const std::vector<Wanted> wanted = wanted_views(shots, o.generation, as_shots ? std::nullopt : o.generation.depression_deg);
+  const std::vector<WantedView> wanted = wanted_views(shots, o.generation, as_shots ? std::nullopt : o.generation.depression_deg);
   if (arm == Arm::learned) return learned_views(shots, wanted, o.generation, context, monitor);
   std::vector<PosedImage> views;
-  for (const Wanted& w : wanted) {
+  for (const WantedView& w : wanted) {
     if (arm == Arm::turned || arm == Arm::rescaled) {
       views.push_back(turned(shots[w.nearest], w.acquisition));
     } else if (arm == Arm::interpolated) {
       views.push_back({"", w.acquisition, interpolate_view(shots, w.acquisition, o.generation.interpolation)});
     } else {
-      views.push_back(*std::ranges::min_element(chips.training, {}, [&](const PosedImage& chip) {
-        return std::abs(std::remainder(chip.acquisition.azimuth_rad - w.acquisition.azimuth_rad, 2.0 * kPi));
-      }));
+      views.push_back(nearest_chip(chips, test, w.acquisition));
     }
   }
   return views;
@@ -158,10 +171,6 @@ FieldContext field_context(const std::vector<ClassChips>& chips, const Draw& dra
   return {static_cast<std::uint64_t>(100'000 * draw.number + 1000 * draw.n_shots), common_ground_height_m(scenes, box_m).value_or(0.0)};
 }
 
-LabelledChips joined(const LabelledChips& a, const LabelledChips& b) {
-  return {torch::cat({a.amplitude, b.amplitude}), torch::cat({a.label, b.label})};
-}
-
 /// The views of an arm, of all classes.
 LabelledChips views_of_classes(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const Monitor& monitor) {
   const FieldContext shared = arm == Arm::learned ? field_context(chips, draw) : FieldContext{};
@@ -171,7 +180,9 @@ LabelledChips views_of_classes(Arm arm, const std::vector<ClassChips>& chips, co
     monitor.check();
     FieldContext context = shared;
     context.seed += c;
-    std::vector<PosedImage> of_class = views_of(arm, chips[c], shots_of(chips[c], draw.shots[c]), o, context, monitor);
+    const bool tests_training = o.validate || chips[c].test.empty();
+    const std::span<const std::size_t> test = tests_training ? std::span(draw.test[c]) : std::span<const std::size_t>();
+    std::vector<PosedImage> of_class = views_of(arm, chips[c], shots_of(chips[c], draw.shots[c]), test, o, context, monitor);
     if (arm == Arm::learned) monitor.report(format("fields of draw %d", draw.number), c + 1, chips.size());
     labels.insert(labels.end(), of_class.size(), static_cast<std::int64_t>(c));
     std::ranges::move(of_class, std::back_inserter(views));
@@ -195,8 +206,10 @@ std::vector<Image<float>> powers_of(const LabelledChips& chips) {
 
 namespace {
 
-/// Means with speckle, of another seed for each chip, on what is no brighter than a view's clutter; or on everything.
-LabelledChips with_speckle(const LabelledChips& means, const ClutterModel& model, Acquisition view, int draw, Speckle speckle) {
+/// Means with speckle, of another seed for each chip, on what is no brighter than the view's clutter (or `usual_power`, where it has no
+/// background); or on everything.
+LabelledChips with_speckle(const LabelledChips& means, const ClutterModel& model, double usual_power, Acquisition view, int draw,
+                           Speckle speckle) {
   view.n_azimuth = view.n_range = kStoredSide;
   std::vector<Image<float>> powers = powers_of(means);
   LabelledChips result{torch::empty_like(means.amplitude), means.label};
@@ -206,7 +219,10 @@ LabelledChips with_speckle(const LabelledChips& means, const ClutterModel& model
       clutter.radar.seed = static_cast<std::uint64_t>(1'000'000 * (draw + 1)) + n;
       Image<float>& power = powers[n];
       double most_power = std::numeric_limits<double>::infinity();
-      if (const auto regions = speckle == Speckle::clutter ? find_regions(power) : std::nullopt) most_power = regions->background_power;
+      if (speckle == Speckle::clutter) {
+        const auto regions = find_regions(power);
+        most_power = regions ? regions->background_power : usual_power;
+      }
       multiply_by_clutter(power, clutter, view, most_power);
       float* pixel = result.amplitude.data_ptr<float>() + n * power.pixels().size();
       for (const float p : power.pixels()) *pixel++ = std::sqrt(p);
@@ -226,13 +242,18 @@ LabelledChips with_clutter_of_shots(const LabelledChips& means, const std::vecto
   const Acquisition& view = chips.front().training.front().acquisition;
   std::optional<ClutterModel> model = fitted_clutter(powers, o.window, view.azimuth_spacing_m, view.range_spacing_m);
   if (!model) return means;
+  std::vector<double> backgrounds;
+  for (const Image<float>& power : powers)
+    if (const auto regions = find_regions(power)) backgrounds.push_back(regions->background_power);
+  const double usual_power = backgrounds.empty() ? std::numeric_limits<double>::infinity() : median(backgrounds);
+  const auto speckled = [&] { return with_speckle(means, *model, usual_power, view, draw.number, o.speckle); };
   if (model->texture_variance > 0.0) {
-    const auto wanted = clutter_statistics(powers), found = clutter_statistics(powers_of(with_speckle(means, *model, view, draw.number, o.speckle)));
+    const auto wanted = clutter_statistics(powers), found = clutter_statistics(powers_of(speckled()));
     if (found)
       model->texture_variance = std::max(0.0, (1.0 + model->texture_variance) * (1.0 + 1.0 / wanted->looks) / (1.0 + 1.0 / found->looks) - 1.0);
   }
   model->radar.looks *= o.looks_factor;
-  return with_speckle(means, *model, view, draw.number, o.speckle);
+  return speckled();
 }
 
 }  // namespace

@@ -18,42 +18,45 @@ namespace {
 
 constexpr const char* kExchangePicture = "pictures/exchanged_background.png";
 
-/// Keeps the cells of the same options, and refuses those of others.
-void take_place(const Options& o) {
+/// Takes a folder that is empty or holds the results of the same request, and refuses others.
+void take_folder(const std::filesystem::path& folder, const Json& request, const Options& o, const char* option) {
   std::error_code code;
-  if (std::filesystem::exists(o.output, code) && !std::filesystem::is_directory(o.output, code))
-    throw UsageError(o.output.string() + ": expected a place for a folder, found a file; choose another -o");
-  refuse_inside(o.output, std::vector{o.chips});
-  require_possible(o.output);
-  const auto file = o.output / "recipe.json";
-  const Json request = valid_text(request_of(o));
+  if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
+    throw UsageError(folder.string() + ": expected a place for a folder, found a file; choose another one (" + option + ")");
+  refuse_inside(folder, std::vector{o.chips});
+  require_possible(folder);
+  const auto file = folder / "recipe.json";
   if (const auto recipe = read_recipe(file)) {
     const std::string differs = difference(recipe->value("request", Json()), request);
     if (!differs.empty())
-      throw UsageError(o.output.string() + ": holds a study with other options (" + differs + "); choose another folder (-o)");
+      throw UsageError(folder.string() + ": holds a study with other chips or options (" + differs + "); choose another folder (" + option + ")");
     return;
   }
-  if (std::filesystem::exists(o.output, code) && !std::filesystem::is_empty(o.output, code))
-    throw UsageError(o.output.string() + ": expected a study or an empty folder, found other files; choose another folder (-o)");
-  make_folder(o.output);
+  if (std::filesystem::exists(folder, code) && !std::filesystem::is_empty(folder, code))
+    throw UsageError(folder.string() + ": expected a study or an empty folder, found other files; choose another folder (" + option + ")");
+  make_folder(folder);
   write_file_atomically(file, recipe_text(make_recipe(kProgram, request, Json::object())));
 }
 
+/// A picture of each class. They are made again for other arms or shots.
 void write_pictures(const Options& o, const std::vector<ClassChips>& chips, const Monitor& monitor) {
   const auto most = *std::ranges::max_element(o.shots);
   if (most == 0) return;
-  make_folder(o.output / "pictures");
-  const auto file_of = [&](const ClassChips& c) { return o.output / "pictures" / (c.name + ".png"); };
-  if (std::ranges::all_of(chips, [&](const ClassChips& c) { return std::filesystem::exists(file_of(c)); })) return;
+  const auto folder = o.output / "pictures", rows_file = folder / "rows.json";
+  make_folder(folder);
+  Json rows = {{"shots", most}, {"arms", Json::array()}};
+  for (const Arm arm : o.arms) rows["arms"].push_back(name(arm));
+  const std::string rows_text = rows.dump(1) + "\n";
+  if (std::filesystem::exists(rows_file) && read_whole_file(rows_file) == rows_text) return;
   const Draw draw = draw_shots(chips, most, 0, o.validate);
   const std::vector<Image<std::uint8_t>> pictures = arms_pictures(chips, draw, o, o.output / "generated", monitor);
   AtomicFiles files;
   if (o.exchange) {
-    const ExchangedChips exchanged = with_exchanged_backgrounds(chips, draw, o.validate);
-    const std::vector rows{test_of_classes(chips, draw, o.validate), exchanged.within, exchanged.across};
-    files.add(o.output / kExchangePicture, encode_png(picture_of_rows(rows, {})));
+    const TestChips test = test_of_classes(chips, draw, o);
+    files.add(o.output / kExchangePicture, encode_png(picture_of_rows({test.measured, test.within, test.across}, {})));
   }
-  for (std::size_t c = 0; c < chips.size(); ++c) files.add(file_of(chips[c]), encode_png(pictures[c]));
+  for (std::size_t c = 0; c < chips.size(); ++c) files.add(folder / (chips[c].name + ".png"), encode_png(pictures[c]));
+  files.add(rows_file, rows_text);
   files.commit();
 }
 
@@ -91,11 +94,15 @@ void run(const Options& options, Console& console) {
   const Monitor monitor{[&](std::string_view stage, std::uint64_t done, std::uint64_t total) { console.progress(stage, done, total); },
                         &stop_requested()};
   const std::vector<ClassChips> chips = read_chips(options, console, monitor);
+  require_draws(options, chips);
   if (options.dry_run) {
     print_result(plan_text(options, chips));
     return;
   }
-  take_place(options);
+  const Json request = valid_text(request_of(options, chips));
+  take_folder(options.output, request, options, "-o");
+  if (!options.chips_folder.empty()) take_folder(options.chips_folder, request, options, "--export");
+  if (!options.draws_folder.empty()) take_folder(options.draws_folder, request, options, "--export-draws");
   const FolderLock lock(options.output);
   try {
     if (!options.chips_folder.empty() || !options.draws_folder.empty()) {

@@ -34,7 +34,9 @@ Kind<std::vector<T>> some_of(const std::vector<T>& all) {
         for (const std::string& n : names) list += (list.empty() ? "" : ", ") + n;
         throw UsageError(option + ": expected some of " + list + ", found " + in_quotes(part) + (close.empty() ? "" : " (" + close + "?)"));
       }
-      chosen.push_back(all[static_cast<std::size_t>(found - names.begin())]);
+      const T value = all[static_cast<std::size_t>(found - names.begin())];
+      if (std::ranges::find(chosen, value) != chosen.end()) throw UsageError(option + ": " + in_quotes(part) + " is given twice");
+      chosen.push_back(value);
     }
     if (chosen.empty()) throw UsageError(option + ": expected a list, found nothing");
     return chosen;
@@ -50,8 +52,11 @@ Kind<std::vector<T>> some_of(const std::vector<T>& all) {
 Kind<std::vector<int>> shot_counts() {
   const auto read = [](const std::string& option, const std::string& text) {
     std::vector<int> counts;
-    for (const std::string& part : parts_of(text))
-      counts.push_back(part == "all" ? 0 : static_cast<int>(parse_whole(option, part, 1, 100'000)));
+    for (const std::string& part : parts_of(text)) {
+      const int n = part == "all" ? 0 : static_cast<int>(parse_whole(option, part, 1, 100'000));
+      if (std::ranges::find(counts, n) != counts.end()) throw UsageError(option + ": " + in_quotes(part) + " is given twice");
+      counts.push_back(n);
+    }
     if (counts.empty()) throw UsageError(option + ": expected numbers such as 4,8,12 or all, found nothing");
     return counts;
   };
@@ -144,6 +149,17 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.add_shared_options();
 }
 
+/// Throws UsageError for arms and classifiers that do not go together.
+void require_sense(const Options& o) {
+  const auto has = [](const auto& list, auto value) { return std::ranges::find(list, value) != list.end(); };
+  if (has(o.arms, Arm::rescaled) && !o.generation.depression_deg)
+    throw UsageError("--arms rescaled: expected a depression to rescale to (--generate-depression), found none");
+  if (has(o.arms, Arm::measured) && o.test_rest)
+    throw UsageError("--arms measured: its chips would be those that --test-rest tests; leave out one of them");
+  if (o.classifiers == std::vector{Classifier::background} && !has(o.arms, Arm::none))
+    throw UsageError("--classifiers background: learns from the shots alone; add none to --arms");
+}
+
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv) {
@@ -152,6 +168,7 @@ std::optional<Options> parse_options(int argc, char** argv) {
   bool quick = false;
   add_options(command, options, quick);
   if (!command.parse(argc, argv)) return std::nullopt;
+  require_sense(options);
   if (options.output.empty()) options.output = full_path(options.chips).filename().string() + "_fewshot";
   return options;
 }

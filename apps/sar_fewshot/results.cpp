@@ -25,7 +25,7 @@ template <class Value>
 std::map<int, double> values_of(const std::vector<Cell>& cells, Classifier classifier, Arm arm, int n_shots, const Value& value) {
   std::map<int, double> values;
   for (const Cell& cell : cells)
-    if (cell.classifier == classifier && cell.arm == arm && cell.n_shots == n_shots)
+    if (cell.classifier == classifier && cell.arm == name(arm) && cell.n_shots == n_shots)
       if (const std::optional<double> v = value(cell)) values[cell.draw] = *v;
   return values;
 }
@@ -63,8 +63,39 @@ std::string spread_text(const std::map<int, double>& values) {
   return values.size() > 1 ? format("%.1f ± %.1f", s.mean, s.deviation) : format("%.1f", s.mean);
 }
 
+/// What arms are compared by.
+struct Measure {
+  std::string title;
+  std::function<std::optional<double>(const Cell&)> value;  ///< of a cell, in %
+};
+
+/// Of the test chips of class k, or of all others, those that are taken for class k (%).
+std::optional<double> taken_for(const Cell& cell, std::size_t k, bool of_class) {
+  int n = 0, n_taken = 0;
+  for (std::size_t c = 0; c < cell.confusion.size(); ++c) {
+    if ((c == k) != of_class) continue;
+    for (const int count : cell.confusion[c]) n += count;
+    n_taken += cell.confusion[c][k];
+  }
+  return n > 0 ? std::optional(100.0 * n_taken / n) : std::nullopt;
+}
+
+/// Accuracy; where some classes have no chips at the test depression, the recall of those that have some, and their false alarms.
+std::vector<Measure> measures_of(const Options& o, const std::vector<ClassChips>& chips) {
+  if (o.validate || std::ranges::none_of(chips, [](const ClassChips& c) { return c.test.empty(); }))
+    return {{"", [](const Cell& cell) { return std::optional(100.0 * accuracy(cell.confusion)); }}};
+  std::vector<Measure> measures;
+  for (std::size_t k = 0; k < chips.size(); ++k)
+    if (!chips[k].test.empty())
+      for (const bool of_class : {true, false})
+        measures.push_back({chips[k].name + (of_class ? " recognised" : ", false alarms"),
+                            [k, of_class](const Cell& cell) { return taken_for(cell, k, of_class); }});
+  return measures;
+}
+
 /// One comparison of two arms at one number of shots.
 struct Comparison {
+  std::string measure;
   Classifier classifier;
   Arm arm, reference;
   int n_shots;
@@ -72,26 +103,36 @@ struct Comparison {
   double p_holm = 1.0;  ///< raised over the numbers of shots
 };
 
-std::vector<Comparison> comparisons(const Options& o, const std::vector<Cell>& cells) {
+/// Whether the difference of an arm to a reference is shown: not that of a reference to a later one, which is the same but for the sign.
+bool is_compared(Arm arm, Arm reference) {
+  const auto place = [](Arm a) { return std::ranges::find(kReferences, a) - std::begin(kReferences); };
+  return place(arm) > place(reference);
+}
+
+/// Differences by draw. All chips as shots are one draw, whatever the seeds: nothing to compare by.
+std::vector<Comparison> comparisons(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells) {
   std::vector<Comparison> all;
-  for (const Classifier classifier : o.classifiers)
-    for (const Arm reference : kReferences)
-      for (const Arm arm : o.arms) {
-        if (arm == reference || arm == Arm::none || (reference == Arm::interpolated && arm == Arm::turned)) continue;
-        const std::size_t first = all.size();
-        std::vector<double> p;
-        for (const int n_shots : o.shots) {
-          const auto a = accuracies(cells, classifier, arm, n_shots), b = accuracies(cells, classifier, reference, n_shots);
-          std::vector<double> differences;
-          for (const auto& [draw, value] : a)
-            if (const auto found = b.find(draw); found != b.end()) differences.push_back(value - found->second);
-          if (differences.empty()) continue;
-          all.push_back({classifier, arm, reference, n_shots, paired_difference(differences)});
-          p.push_back(all.back().difference.p);
+  for (const Measure& measure : measures_of(o, chips))
+    for (const Classifier classifier : o.classifiers)
+      for (const Arm reference : kReferences)
+        for (const Arm arm : o.arms) {
+          if (!is_compared(arm, reference)) continue;
+          const std::size_t first = all.size();
+          std::vector<double> p;
+          for (const int n_shots : o.shots) {
+            if (n_shots == 0) continue;
+            const auto a = values_of(cells, classifier, arm, n_shots, measure.value),
+                       b = values_of(cells, classifier, reference, n_shots, measure.value);
+            std::vector<double> differences;
+            for (const auto& [draw, value] : a)
+              if (const auto found = b.find(draw); found != b.end()) differences.push_back(value - found->second);
+            if (differences.empty()) continue;
+            all.push_back({measure.title, classifier, arm, reference, n_shots, paired_difference(differences)});
+            p.push_back(all.back().difference.p);
+          }
+          const std::vector<double> raised = holm(p);
+          for (std::size_t n = 0; n < raised.size(); ++n) all[first + n].p_holm = raised[n];
         }
-        const std::vector<double> raised = holm(p);
-        for (std::size_t n = 0; n < raised.size(); ++n) all[first + n].p_holm = raised[n];
-      }
   return all;
 }
 
@@ -114,7 +155,7 @@ std::string accuracy_table(const Options& o, const std::vector<Cell>& cells, Cla
   return markdown_table(columns, rows);
 }
 
-std::string difference_table(const Options& o, const std::vector<Comparison>& all, Classifier classifier) {
+std::string difference_table(const Options& o, const std::vector<Comparison>& all, const std::string& measure, Classifier classifier) {
   std::vector<TableColumn> columns{{"difference"}};
   for (const int n : o.shots) columns.push_back({shots_text(n) + " shots (points)", Align::right});
   std::vector<std::vector<std::string>> rows;
@@ -124,7 +165,7 @@ std::string difference_table(const Options& o, const std::vector<Comparison>& al
       bool any = false;
       for (const int n_shots : o.shots) {
         const auto found = std::ranges::find_if(all, [&](const Comparison& c) {
-          return c.classifier == classifier && c.arm == arm && c.reference == reference && c.n_shots == n_shots;
+          return c.measure == measure && c.classifier == classifier && c.arm == arm && c.reference == reference && c.n_shots == n_shots;
         });
         if (found == all.end()) {
           row.emplace_back("–");
@@ -162,37 +203,22 @@ std::string exchange_table(const Options& o, const std::vector<Cell>& cells, Cla
   return rows.empty() ? "" : markdown_table(columns, rows);
 }
 
-/// Of the classes that have chips at the test depression: how many of these are recognised, and how many chips of the others (at the
-/// training depression) are taken for them. Nothing where all classes have such chips.
-std::string recall_table(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells, Classifier classifier) {
-  if (o.validate || std::ranges::none_of(chips, [](const ClassChips& c) { return c.test.empty(); })) return "";
+/// Recall and false alarms of the classes that have chips at the test depression; nothing where all have some.
+std::string recall_table(const Options& o, const std::vector<Measure>& measures, const std::vector<Cell>& cells, Classifier classifier) {
+  if (measures.front().title.empty()) return "";
   std::vector<TableColumn> columns{{"added to the shots"}};
-  for (const ClassChips& c : chips)
-    if (!c.test.empty())
-      for (const int n : o.shots)
-        for (const char* which : {"recognised", "false alarms"})
-          columns.push_back({format("%s, %s shots: %s (%%)", c.name.c_str(), shots_text(n).c_str(), which), Align::right});
+  for (const Measure& measure : measures)
+    for (const int n : o.shots) columns.push_back({format("%s, %s shots (%%)", measure.title.c_str(), shots_text(n).c_str()), Align::right});
   std::vector<std::vector<std::string>> rows;
   for (const Arm arm : o.arms) {
     std::vector<std::string> row{std::string(name(arm))};
     bool any = false;
-    for (std::size_t k = 0; k < chips.size(); ++k) {
-      if (chips[k].test.empty()) continue;
-      for (const int n_shots : o.shots)
-        for (const bool of_class : {true, false}) {
-          const auto values = values_of(cells, classifier, arm, n_shots, [&](const Cell& cell) -> std::optional<double> {
-            int n = 0, n_called = 0;
-            for (std::size_t c = 0; c < chips.size(); ++c) {
-              if ((c == k) != of_class) continue;
-              for (const int count : cell.confusion[c]) n += count;
-              n_called += cell.confusion[c][k];
-            }
-            return n > 0 ? std::optional(100.0 * n_called / n) : std::nullopt;
-          });
-          any = any || !values.empty();
-          row.push_back(spread_text(values));
-        }
-    }
+    for (const Measure& measure : measures)
+      for (const int n_shots : o.shots) {
+        const auto values = values_of(cells, classifier, arm, n_shots, measure.value);
+        any = any || !values.empty();
+        row.push_back(spread_text(values));
+      }
     if (any) rows.push_back(row);
   }
   return rows.empty() ? "" : markdown_table(columns, rows);
@@ -203,7 +229,7 @@ std::string confusion_table(const std::vector<ClassChips>& chips, const std::vec
                             int n_shots) {
   std::vector<std::vector<int>> sum(chips.size(), std::vector<int>(chips.size(), 0));
   for (const Cell& cell : cells) {
-    if (cell.classifier != classifier || cell.arm != arm || cell.n_shots != n_shots) continue;
+    if (cell.classifier != classifier || cell.arm != name(arm) || cell.n_shots != n_shots) continue;
     for (std::size_t a = 0; a < chips.size(); ++a)
       for (std::size_t b = 0; b < chips.size(); ++b) sum[a][b] += cell.confusion[a][b];
   }
@@ -253,20 +279,32 @@ std::string study_text(const Options& o, const std::vector<ClassChips>& chips, c
   text += o.validate ? "**A validation**: the test chips are those of sectors of 30° of azimuth that have no shots.\n"
                      : format("Tested on all %zu chips at %g°%s.\n", n_test, o.test_depression_deg,
                               o.test_rest ? ", and on those at the training depression that are no shots of classes without any" : "");
-  text += format("Accuracy in %%, mean ± standard deviation over %s of shots.\n", counted(static_cast<std::uint64_t>(o.n_draws), "draw").c_str());
-  const std::vector<Comparison> compared = comparisons(o, cells);
+  text += format("Accuracy in %%, mean ± standard deviation over %s of shots.%s\n",
+                 counted(static_cast<std::uint64_t>(o.n_draws), "draw").c_str(),
+                 std::ranges::find(o.shots, 0) == o.shots.end() ? "" : " With all chips as shots, draws differ by the seed alone.");
+  const std::vector<Measure> measures = measures_of(o, chips);
+  const std::vector<Comparison> compared = comparisons(o, chips, cells);
   for (const Classifier classifier : o.classifiers) {
     if (classifier == Classifier::background) continue;
-    text += "\n## " + std::string(name(classifier)) + "\n\n" + accuracy_table(o, cells, classifier);
-    if (const std::string differences = difference_table(o, compared, classifier); !differences.empty())
-      text += "\n" + differences +
-              "\n*Paired by draw: mean (95 % interval of Student's t), p raised by Holm's method over the numbers of shots, and the smallest "
-              "true difference that a study of this size finds in 80 % of cases.*\n";
+    text += "\n## " + std::string(name(classifier)) + "\n\n";
+    if (const std::string recall = recall_table(o, measures, cells, classifier); !recall.empty())
+      text += format("Classes with chips at %g°: how many of these are recognised, and how many chips of the others, at %g° and no shots, are "
+                     "taken for them:\n\n", o.test_depression_deg, o.training_depression_deg) + recall +
+              "\nAll test chips together, most of them at the depression of the shots:\n\n";
+    text += accuracy_table(o, cells, classifier);
+    bool any = false;
+    for (const Measure& measure : measures) {
+      const std::string differences = difference_table(o, compared, measure.title, classifier);
+      if (differences.empty()) continue;
+      any = true;
+      text += "\n" + (measure.title.empty() ? "" : measure.title + ":\n\n") + differences;
+    }
+    if (any)
+      text += "\n*Paired by draw: mean (95 % interval of Student's t), p raised by Holm's method over the numbers of shots, and the smallest "
+              "true difference that the interval of a study of this size excludes from 0 in 80 % of cases. Arms, references and classifiers "
+              "are not corrected for.*\n";
     if (const std::string exchanged = exchange_table(o, cells, classifier); !exchanged.empty())
       text += "\nWith the background exchanged between test chips:\n\n" + exchanged;
-    if (const std::string recall = recall_table(o, chips, cells, classifier); !recall.empty())
-      text += format("\nClasses with chips at %g°, and chips of the others at %g°, which are no shots, that are taken for them:\n\n",
-                     o.test_depression_deg, o.training_depression_deg) + recall;
   }
   return text;
 }
@@ -288,10 +326,11 @@ Json study_json(const Options& o, const std::vector<ClassChips>& chips, const st
   Json classes = Json::array(), list = Json::array(), differences = Json::array();
   for (const ClassChips& c : chips)
     classes.push_back({{"name", c.name}, {"training_chips", c.training.size()}, {"test_chips", c.test.size()}});
-  for (const Cell& cell : cells) list.push_back(cell_json(cell));
+  for (const Cell& cell : cells) list.push_back(Json::parse(cell_json(cell)));
   const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(); };
-  for (const Comparison& c : comparisons(o, cells))
-    differences.push_back({{"classifier", name(c.classifier)},
+  for (const Comparison& c : comparisons(o, chips, cells))
+    differences.push_back({{"measure", c.measure.empty() ? "accuracy" : c.measure},
+                           {"classifier", name(c.classifier)},
                            {"arm", name(c.arm)},
                            {"reference", name(c.reference)},
                            {"shots", c.n_shots},
@@ -304,7 +343,7 @@ Json study_json(const Options& o, const std::vector<ClassChips>& chips, const st
   return {{"format", "sarnerf-fewshot"},       {"version", 1},
           {"program", std::string(kProgram) + " " + std::string(kVersion)},
           {"processor", processor_name()},     {"threads", o.shared.n_threads},
-          {"request", request_of(o)},          {"classes", classes},
+          {"request", request_of(o, chips)},          {"classes", classes},
           {"differences", differences},        {"cells", list}};
 }
 

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 #include <optional>
-#include <tuple>
-#include <utility>
+#include <span>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
@@ -14,32 +13,32 @@
 
 namespace sarnerf::app {
 
-double accuracy(const Confusion& confusion) {
-  int n_test = 0, n_correct = 0;
-  for (std::size_t c = 0; c < confusion.size(); ++c) {
-    for (const int count : confusion[c]) n_test += count;
-    n_correct += confusion[c][c];
-  }
-  return n_test > 0 ? static_cast<double>(n_correct) / n_test : 0.0;
+namespace {
+
+/// Raised whenever the same chips and options would give other cells or other generated chips.
+constexpr int kMethod = 2;
+
+/// Fingerprint of the chips: classes, names, angles and depressions.
+std::string fingerprint_of(const std::vector<ClassChips>& chips) {
+  std::string text;
+  for (const ClassChips& c : chips)
+    for (const auto* list : {&c.training, &c.test})
+      for (const PosedImage& chip : *list)
+        text += format("%s %s %.9g %.9g\n", c.name.c_str(), chip.name.c_str(), chip.acquisition.azimuth_rad, chip.acquisition.incidence_rad);
+  return sha256_hex(std::as_bytes(std::span(text)));
 }
 
-Json cell_json(const Cell& cell) {
-  Json json = {{"classifier", name(cell.classifier)}, {"arm", name(cell.arm)},   {"shots", cell.n_shots},
-               {"draw", cell.draw},                   {"accuracy", accuracy(cell.confusion)}, {"confusion", cell.confusion},
-               {"seconds", cell.seconds}};
-  if (!cell.within.empty()) {
-    json["confusion_within"] = cell.within;
-    json["confusion_across"] = cell.across;
-  }
-  return json;
-}
+}  // namespace
 
-Json request_of(const Options& o) {
+Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
   const GenerationOptions& g = o.generation;
   const ClassifierOptions& c = o.training;
-  return {{"chips", {{"classes", !o.classes.empty() ? Json(o.classes) : o.most_classes > 0 ? Json(o.most_classes) : Json("all")},
+  return {{"method", kMethod},
+          {"chips", {{"sha256", fingerprint_of(chips)},
+                     {"classes", !o.classes.empty() ? Json(o.classes) : o.most_classes > 0 ? Json(o.most_classes) : Json("all")},
                      {"table", o.table.filename().string()},
                      {"scale", o.scale},
+                     {"spacing_m", o.spacing_m ? Json{o.spacing_m->first, o.spacing_m->second} : Json("that of the table")},
                      {"training_depression_deg", o.training_depression_deg},
                      {"test_depression_deg", o.validate ? Json("none: a validation") : Json(o.test_depression_deg)},
                      {"test_rest", o.test_rest},
@@ -55,9 +54,10 @@ Json request_of(const Options& o) {
 
 namespace {
 
-std::string cell_name(const Cell& cell) {
-  return format("%s_%s_%02d_%02d.json", std::string(name(cell.classifier)).c_str(), std::string(name(cell.arm)).c_str(), cell.n_shots,
-                cell.draw);
+/// What cells and draws of this study are marked with.
+std::string study_of(const Options& o, const std::vector<ClassChips>& chips) {
+  const std::string text = request_of(o, chips).dump();
+  return sha256_hex(std::as_bytes(std::span(text))).substr(0, 16);
 }
 
 /// The classifiers and arms that need a cell of their own: the background of an arm is that of its shots.
@@ -82,8 +82,16 @@ LabelledChips shots_of_classes(const std::vector<ClassChips>& chips, const Draw&
 
 }  // namespace
 
-LabelledChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
-  return chips_of(chips, draw.test, [&](const ClassChips& c) -> const auto& { return tested_chips(c, validate); });
+TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o) {
+  TestChips test;
+  test.measured = chips_of(chips, draw.test, [&](const ClassChips& c) -> const auto& { return tested_chips(c, o.validate); });
+  if (o.exchange) exchange_backgrounds(test, chips, draw, o.validate);
+  return test;
+}
+
+void require_draws(const Options& o, const std::vector<ClassChips>& chips) {
+  for (const int n_shots : o.shots)
+    for (int number = 0; number < o.n_draws; ++number) draw_shots(chips, n_shots, number, o.validate);
 }
 
 namespace {
@@ -119,7 +127,7 @@ std::size_t export_chips(const Options& o, const std::vector<ClassChips>& chips,
   for (const int n_shots : o.shots)
     for (int number = 0; number < o.n_draws; ++number) {
       const Draw draw = draw_shots(chips, n_shots, number, o.validate);
-      DrawFile file{{}, n_shots, number, options_of_draw(o, number), shots_of_classes(chips, draw), {}, {}};
+      DrawFile file{study_of(o, chips), {}, n_shots, number, options_of_draw(o, number), shots_of_classes(chips, draw), {}, {}};
       for (const Arm arm : o.arms) {
         monitor.check();
         const LabelledChips& generated = file.generated[std::string(name(arm))] = generated_chips(arm, chips, draw, o, cache, monitor);
@@ -133,7 +141,7 @@ std::size_t export_chips(const Options& o, const std::vector<ClassChips>& chips,
       }
       if (o.draws_folder.empty()) continue;
       for (const ClassChips& c : chips) file.classes.push_back(c.name);
-      file.test = test_of_classes(chips, draw, o.validate);
+      file.test = test_of_classes(chips, draw, o);
       write_draw_file(o.draws_folder / format("%02d_%02d.pt", n_shots, number), file);
     }
   return n_chips;
@@ -167,60 +175,61 @@ std::string plan_text(const Options& o, const std::vector<ClassChips>& chips) {
                        o.output.c_str());
 }
 
+namespace {
+
+/// Fills a cell from its file. Throws InputError for a file that is not this study's.
+void read_cell(Cell& cell, const std::filesystem::path& file, bool exchanged, std::size_t n_classes) {
+  const Cell wanted = cell;
+  try {
+    const Json json = Json::parse(read_whole_file(file));
+    cell.study = json.value("study", "");
+    cell.confusion = json.at("confusion").get<Confusion>();
+    cell.within = json.value("confusion_within", Confusion());
+    cell.across = json.value("confusion_across", Confusion());
+    cell.seconds = json.at("seconds");
+  } catch (const Json::exception&) {
+    throw InputError(file.string() + ": expected a cell of a study, found something else; remove the file");
+  }
+  const auto fits = [&](const Confusion& confusion) {
+    return confusion.size() == n_classes && std::ranges::all_of(confusion, [&](const auto& row) { return row.size() == n_classes; });
+  };
+  if (cell.study != wanted.study || !fits(cell.confusion) || (exchanged && (!fits(cell.within) || !fits(cell.across))))
+    throw InputError(file.string() + ": expected a cell of this study's chips and options, found one of others; remove the file");
+}
+
+}  // namespace
+
 std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor) {
   const auto cells_folder = o.output / "cells", cache = o.output / "generated";
   make_folder(cells_folder);
   make_folder(cache);
-  std::vector<Cell> cells;
+  const std::string study = study_of(o, chips);
   const std::size_t n_cells = number_of_cells(o);
   const int n_classes = static_cast<int>(chips.size());
+  std::vector<Cell> cells;
   for (const int n_shots : o.shots)
     for (int number = 0; number < o.n_draws; ++number) {
       const Draw draw = draw_shots(chips, n_shots, number, o.validate);
-      // The test chips; after them, if asked for, as many with exchanged backgrounds, within and across classes.
-      std::optional<LabelledChips> test;
-      torch::Tensor tested;
+      std::optional<TestChips> test;
       for (const Arm arm : o.arms) {
         std::optional<TrainingChips> training;
         for (const Classifier classifier : o.classifiers) {
           if (!is_asked(classifier, arm)) continue;
-          Cell cell{classifier, arm, n_shots, number, {}, {}, {}, 0.0};
-          const auto file = cells_folder / cell_name(cell);
+          monitor.check();
+          Cell& cell = cells.emplace_back(Cell{classifier, std::string(name(arm)), n_shots, number, study, {}, {}, {}, 0.0});
+          const auto file = cells_folder / cell_file_name(cell);
           if (std::filesystem::exists(file)) {
-            const Json json = Json::parse(read_whole_file(file));
-            cell.confusion = json.at("confusion").get<Confusion>();
-            cell.within = json.value("confusion_within", Confusion());
-            cell.across = json.value("confusion_across", Confusion());
-            cell.seconds = json.at("seconds");
+            read_cell(cell, file, o.exchange, chips.size());
           } else {
-            monitor.check();
-            if (!test) {
-              test = test_of_classes(chips, draw, o.validate);
-              tested = test->amplitude;
-              if (o.exchange) {
-                const ExchangedChips exchanged = with_exchanged_backgrounds(chips, draw, o.validate);
-                tested = torch::cat({tested, exchanged.within.amplitude, exchanged.across.amplitude});
-              }
-            }
-            if (!training) {
-              use_torch_threads(1);
+            if (!test) test = test_of_classes(chips, draw, o);
+            if (!training)
               training.emplace(TrainingChips{shots_of_classes(chips, draw), generated_chips(arm, chips, draw, o, cache, monitor)});
-            }
             use_torch_threads(thread_count());
-            const Stopwatch watch;
-            const torch::Tensor scores = classify(classifier, *training, tested, n_classes, options_of_draw(o, number),
-                                                  [&](int, int) { monitor.check(); });
-            cell.seconds = watch.seconds();
-            const auto confusion = [&](std::int64_t part) {
-              return confusion_of(scores.narrow(0, part * test->size(), test->size()), test->label, n_classes);
-            };
-            cell.confusion = confusion(0);
-            if (o.exchange) std::tie(cell.within, cell.across) = std::pair(confusion(1), confusion(2));
-            write_file_atomically(file, cell_json(cell).dump(1) + "\n");
-            console.note(format("%s, %s, %d shots, draw %d: %.1f %% (%.0f s)", std::string(name(classifier)).c_str(),
-                                std::string(name(arm)).c_str(), n_shots, number, 100.0 * accuracy(cell.confusion), cell.seconds));
+            make_cell(cell, *training, *test, n_classes, options_of_draw(o, number), [&](int, int) { monitor.check(); });
+            write_file_atomically(file, cell_json(cell));
+            console.note(format("%s, %s, %d shots, draw %d: %.1f %% (%.0f s)", std::string(name(classifier)).c_str(), cell.arm.c_str(),
+                                n_shots, number, 100.0 * accuracy(cell.confusion), cell.seconds));
           }
-          cells.push_back(std::move(cell));
           monitor.report("cells", cells.size(), n_cells);
         }
       }

@@ -19,7 +19,7 @@
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/posed_image.h"
 #include "sarnerf/evaluation/baseline.h"
-#include "sarnerf/recognise/classifier.h"
+#include "sarnerf/recognise/cell.h"
 #include "sarnerf/report/plot.h"
 
 namespace sarnerf::app {
@@ -35,8 +35,8 @@ enum class Arm {
   rescaled,        ///< the nearest shot, turned, and rescaled in range to the depression of generated chips
   interpolated,    ///< the neighbouring shots, turned and averaged
   learned,         ///< views of a field that was learned from the shots, with response and speckle
-  learned_turned,  ///< both: half of the generated chips of a batch each
-  measured,        ///< the measured chips at these azimuths: what generation could reach at most
+  learned_turned,  ///< both
+  measured,        ///< the measured chips nearest to these azimuths: what generation could reach at most
 };
 std::string_view name(Arm arm);
 
@@ -120,7 +120,8 @@ struct Draw {
 /// chips at the test depression are, or, of a class without any, all training chips that are no shots.
 Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, bool validate);
 
-/// Chips of an arm beside the draw's shots; none for Arm::none.
+/// Chips of an arm beside the draw's shots; none for Arm::none. Views divide each gap between neighbouring shots evenly, in steps of about
+/// `step_deg`, and lie at most `reach_deg` from the nearer shot.
 LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
                               const std::filesystem::path& cache, const Monitor& monitor);
 
@@ -128,8 +129,8 @@ LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, con
 /// each chip has its own.
 Image<std::uint8_t> picture_of_rows(const std::vector<LabelledChips>& rows, std::optional<float> white);
 
-/// The test chips of a draw.
-LabelledChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, bool validate);
+/// The test chips of a draw; with exchanged backgrounds too, if the options ask for them.
+TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, const Options& options);
 
 /// For the eye, a picture for each class, in decibels on one scale: measured chips, and below them what the arms make at the same
 /// azimuths, as classifiers get it.
@@ -145,32 +146,14 @@ LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const
 /// Power of the stored pixels.
 std::vector<Image<float>> powers_of(const LabelledChips& chips);
 
-/// The test chips, with targets and shadows on the backgrounds of other test chips: of the same class (a control: whatever this costs is
-/// the exchange's own fault) or of other classes. Targets and shadows are regions of find_regions() around the centre, and 3 pixels more.
-struct ExchangedChips {
-  LabelledChips within, across;
-};
-ExchangedChips with_exchanged_backgrounds(const std::vector<ClassChips>& chips, const Draw& draw, bool validate);
+/// Fills `within` and `across`: the test chips, with targets and shadows on the backgrounds of other test chips of the same class (a
+/// control: whatever this costs is the exchange's own fault) and of other classes. Targets and shadows are regions of find_regions() around
+/// the centre, and 3 pixels more.
+void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate);
 
 /// Statistics of the background of measured chips and of learned ones at the same azimuths, and how often a network can tell them apart;
 /// in Markdown. Of the first draw with the most shots.
 std::string clutter_text(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
-
-/// Numbers of test chips: [true class][answer].
-using Confusion = std::vector<std::vector<int>>;
-
-/// Part of the test chips that were recognised.
-double accuracy(const Confusion& confusion);
-
-/// One trained classifier and its answers on the test chips.
-struct Cell {
-  Classifier classifier = Classifier::a_convnet;
-  Arm arm = Arm::none;
-  int n_shots = 0, draw = 0;
-  Confusion confusion;
-  Confusion within, across;  ///< with the background exchanged within and across classes; empty if not asked for
-  double seconds = 0.0;
-};
 
 /// Makes all cells that are not in the folder yet, and writes each as it ends. Throws Interrupted.
 std::vector<Cell> run_study(const Options& options, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor);
@@ -179,14 +162,15 @@ std::vector<Cell> run_study(const Options& options, const std::vector<ClassChips
 /// generated_000.tif, and files of draws, DRAWS/SHOTS_DRAW.pt. Returns the number of chips.
 std::size_t export_chips(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
 
-/// The study as it is planned, before any work: chips, cells, and how long it may take.
+/// The study as it is planned, before any work: chips, cells, fields.
 std::string plan_text(const Options& options, const std::vector<ClassChips>& chips);
 
-/// A cell as it is kept.
-Json cell_json(const Cell& cell);
+/// What the cells and the generated chips of a folder depend on: the chips, the options, and how this program generates and trains; not
+/// which cells are asked for.
+Json request_of(const Options& options, const std::vector<ClassChips>& chips);
 
-/// What the cells and the generated chips of a folder depend on; not which of them are asked for.
-Json request_of(const Options& options);
+/// Throws UsageError if a draw that is asked for has not enough chips.
+void require_draws(const Options& options, const std::vector<ClassChips>& chips);
 
 /// Title, tables of accuracy and of differences, in Markdown.
 std::string study_text(const Options& options, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells);

@@ -107,7 +107,7 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
   const Dataset against = read_manifest(o.against);
   Json request{{"model", job.request.at("model")},
                {"against", dataset_fingerprint(o.against, against, monitor)}};
-  const auto despeckled = despeckled_if_asked(o.despeckle_deg, truth);
+  const auto despeckled = despeckled_if_asked(o.despeckle_deg, truth, against.exact_poses, monitor);
   if (despeckled) request["despeckle_deg"] = o.despeckle_deg;
   if (!o.lpips.empty()) request["lpips"] = o.lpips.filename().string();
   std::filesystem::path file;

@@ -312,9 +312,10 @@ std::string explain(const Job& job) {
          views +
          (job.model.field->resolution ? "\n  impulse response  " + resolution_text(*job.model.field->resolution) : "") +
          speckle_text(job.clutter) +
-         "\n  left out  rows and rays that miss the occupied part of the field; the "
-         "rest of a ray behind an "
-         "optical depth of 20\n  output    " + place;
+         (job.model.field->kind() == "paper" ? "\n  left out  rows and rays that miss the scene's box"
+                                             : "\n  left out  rows and rays that miss the occupied part of the field; the rest of a ray "
+                                               "behind an optical depth of 20") +
+         "\n  output    " + place;
 }
 
 std::string report_text(const Job& job, std::size_t n_rendered, double render_s) {

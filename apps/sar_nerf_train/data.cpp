@@ -171,11 +171,7 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   for (PosedImage& image : data.validation) image.acquisition.aim_m = glm::dvec3(0.0);
   for (const Outlier& outlier : limit_outliers(data.validation))
     console.warning("of the views to compare with: " + outlier_text(outlier, data.validation));
-  // The views of the truth are registered only to one another, never to a method's output.
-  std::vector<PosedImage> truth;
-  if (o.despeckle_deg > 0.0) truth = data.validation;
-  if (registers) register_views(truth, kCut_pixels, 0.0, monitor);
-  data.despeckled = despeckled_if_asked(o.despeckle_deg, truth);
+  data.despeckled = despeckled_if_asked(o.despeckle_deg, data.validation, data.dataset.exact_poses, monitor);
   tell_oddities(o, data, console);
   return data;
 }

@@ -96,7 +96,7 @@ void judge(const ReportInput& in, Findings& findings, const Monitor& monitor) {
   findings.evaluation =
       evaluate(in.data.validation, findings.predictions, training, settings, monitor);
   if (in.data.despeckled) {
-    settings.oracle_registered = in.trainer.options().n_registrations > 0;
+    settings.oracle_registered = !in.data.dataset.exact_poses;
     findings.despeckled = evaluate_despeckled(*in.data.despeckled, findings.predictions, training,
                                               settings, monitor);
     write_despeckled_pictures(in, findings, training, *settings.baselines);

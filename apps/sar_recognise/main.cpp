@@ -2,20 +2,19 @@
 // sar_recognise: trains the classifiers of sar_fewshot from files that it wrote (--export-draws), where there is LibTorch and nothing
 // else, such as on a machine with a GPU. Its cells belong into the folder `cells` of the study, which then makes its report of them.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <torch/torch.h>
 
-#include "sarnerf/recognise/classifier.h"
+#include "sarnerf/recognise/cell.h"
 
 namespace {
 
@@ -76,47 +75,26 @@ Options parse(const std::vector<std::string>& arguments) {
   return o;
 }
 
-/// A cell, as sar_fewshot keeps it.
-std::string json_of(Classifier classifier, const std::string& arm, const DrawFile& draw, const std::vector<std::vector<int>>& confusion,
-                    double seconds) {
-  int n_test = 0, n_correct = 0;
-  std::ostringstream rows;
-  for (std::size_t c = 0; c < confusion.size(); ++c) {
-    rows << (c > 0 ? ", [" : "[");
-    for (std::size_t answer = 0; answer < confusion.size(); ++answer) {
-      rows << (answer > 0 ? ", " : "") << confusion[c][answer];
-      n_test += confusion[c][answer];
-    }
-    rows << "]";
-    n_correct += confusion[c][c];
+/// Makes a cell, unless there is one of the same study.
+void make_cell_file(const Options& o, Classifier classifier, const std::string& arm, const DrawFile& draw) {
+  Cell cell{classifier, arm, draw.n_shots, draw.draw, draw.study, {}, {}, {}, 0.0};
+  const auto file = o.output / cell_file_name(cell);
+  if (std::ifstream in(file); in) {
+    const std::string text((std::istreambuf_iterator<char>(in)), {});
+    if (text.find("\"study\": \"" + draw.study + "\"") != std::string::npos) return;
+    throw std::runtime_error(file.string() + ": is a cell of other chips or options; choose another folder (-o)");
   }
-  std::ostringstream json;
-  json << "{\n \"accuracy\": " << (n_test > 0 ? static_cast<double>(n_correct) / n_test : 0.0) << ",\n \"arm\": \"" << arm
-       << "\",\n \"classifier\": \"" << name(classifier) << "\",\n \"confusion\": [" << rows.str() << "],\n \"draw\": " << draw.draw
-       << ",\n \"seconds\": " << seconds << ",\n \"shots\": " << draw.n_shots << "\n}\n";
-  return json.str();
-}
-
-void make_cell(const Options& o, Classifier classifier, const std::string& arm, const DrawFile& draw) {
-  char numbers[40];
-  std::snprintf(numbers, sizeof numbers, "_%02d_%02d.json", draw.n_shots, draw.draw);
-  const auto file = o.output / (std::string(name(classifier)) + "_" + arm + numbers);
-  if (std::filesystem::exists(file)) return;
   ClassifierOptions options = draw.options;
   options.device = o.device;
-  const auto start = std::chrono::steady_clock::now();
-  const int n_classes = static_cast<int>(draw.classes.size());
-  const torch::Tensor scores = classify(classifier, {draw.shots, draw.generated.at(arm)}, draw.test.amplitude, n_classes, options);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::string text = json_of(classifier, arm, draw, confusion_of(scores, draw.test.label, n_classes), seconds);
+  make_cell(cell, {draw.shots, draw.generated.at(arm)}, draw.test, static_cast<int>(draw.classes.size()), options);
   // Renamed when complete: an interrupted run leaves no half of a cell.
   const auto part = std::filesystem::path(file).concat(".part");
   std::ofstream out(part);
-  out << text;
+  out << cell_json(cell);
   out.close();
   if (!out) throw std::runtime_error(part.string() + ": cannot be written; is the disk full?");
   std::filesystem::rename(part, file);
-  std::printf("%s: %s, %.1f s\n", file.c_str(), text.substr(text.find("\"accuracy\""), 20).c_str(), seconds);
+  std::printf("%s: %.1f %% recognised, %.1f s\n", file.c_str(), 100.0 * accuracy(cell.confusion), cell.seconds);
   std::fflush(stdout);
 }
 
@@ -127,8 +105,11 @@ void run(const Options& o) {
     for (const std::string& arm : o.arms)
       if (draw.generated.count(arm) == 0) throw std::runtime_error(file + ": has no chips of the arm '" + arm + "'");
     for (const Classifier classifier : o.classifiers)
-      for (const auto& [arm, chips] : draw.generated)
-        if (o.arms.empty() || std::find(o.arms.begin(), o.arms.end(), arm) != o.arms.end()) make_cell(o, classifier, arm, draw);
+      for (const auto& [arm, chips] : draw.generated) {
+        const bool asked = o.arms.empty() || std::find(o.arms.begin(), o.arms.end(), arm) != o.arms.end();
+        // The background of an arm is that of its shots.
+        if (asked && (classifier != Classifier::background || arm == "none")) make_cell_file(o, classifier, arm, draw);
+      }
   }
 }
 

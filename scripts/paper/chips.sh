@@ -115,13 +115,12 @@ TEXT
   widest=${intervals##* }
   for target in $targets; do
     chips_of "$target" 17 some --every 40
-    rows=
+    set -- "$out/chips_$target.some"
     for f in surface grid; do
       predicted "fig14_$target.$f" "$out/chips_$target.$widest.$f" "$out/chips_$target.some"
-      rows="$rows $out/fig14_$target.$f"
+      set -- "$@" "$out/fig14_$target.$f"
     done
-    # shellcheck disable=SC2086  # several folders
-    strip "fig14_$target" "$out/chips_$target.some" $rows --trained "$out/chips_$target.$widest"
+    strip "fig14_$target" "$@" --trained "$out/chips_$target.$widest"
     echo "![$target](fig14_$target.png)" | text
   done
   text << TEXT

@@ -90,7 +90,7 @@ table_1() {
       last=$(awk "BEGIN { print 360 - 360 / $n }")
       render "$root/data/$solid.json" "$out/$solid.$n" --pitch 45 --azimuth "0:$last:$step"
       for f in surface grid mlp; do
-        case $f in mlp) s=$((mlp_time + 60)) ;; *) s=60 ;; esac
+        case $f in mlp) s=$((mlp_time + mlp_scoring)) ;; *) s=60 ;; esac
         learn $f "$out/$solid.$n" "$out/$solid.test" $s
       done
       if $long || [ "$solid.$n" = cuboid.36 ]; then
@@ -140,14 +140,14 @@ figure_9() {
 TEXT
   for solid in $solids; do
     render "$root/data/$solid.json" "$out/$solid.turn" --pitch 45 --azimuth $turn
-    rows="$out/$solid.turn"
+    set -- "$out/$solid.turn"
     for f in surface paper; do
       if [ "$f" = paper ] && ! $long && [ "$solid" != cuboid ]; then continue; fi
-      cell "turn_$solid.$f" 8 "$programs/sar_nerf_render/sar_nerf_render" "$out/$solid.36.$f" --pitch 45 --azimuth $turn -o "$out/$solid.turn.$f" -q
-      rows="$rows $out/$solid.turn.$f"
+      if [ "$f" = paper ]; then s=$paper_turning; else s=8; fi
+      cell "turn_$solid.$f" "$s" "$programs/sar_nerf_render/sar_nerf_render" "$out/$solid.36.$f" --pitch 45 --azimuth $turn -o "$out/$solid.turn.$f" -q
+      set -- "$@" "$out/$solid.turn.$f"
     done
-    # shellcheck disable=SC2086  # several folders
-    strip "turn_$solid" $rows --trained "$out/$solid.36"
+    strip "turn_$solid" "$@" --trained "$out/$solid.36"
     echo "![$(solid_name "$solid")](turn_$solid.png)" | text
   done
   text << TEXT
@@ -220,9 +220,9 @@ figures_12_13() {
     if [ "$solid" = cuboid ] || $long; then fields="surface paper"; fi
     for f in $fields; do
       data=$out/$solid.pitches
-      n_voxels=$lattice
-      if [ $f = paper ]; then data=$out/$solid.36 n_voxels=$paper_lattice; fi
-      cell "body_$solid.$f" 60 "$programs/sar_extract/sar_extract" "$data.$f" "$out/$solid.$f.vdb" --resolution $n_voxels --extent 20 \
+      n_voxels=$lattice s=60
+      if [ $f = paper ]; then data=$out/$solid.36 n_voxels=$paper_lattice s=$paper_extracting; fi
+      cell "body_$solid.$f" "$s" "$programs/sar_extract/sar_extract" "$data.$f" "$out/$solid.$f.vdb" --resolution $n_voxels --extent 20 \
         --truth "$root/data/$solid.json" --images "$data" --mesh "$out/$solid.$f.ply" --preview "$out/body_$solid.$f.png" --overwrite -q
     done
   done

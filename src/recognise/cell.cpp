@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -8,15 +11,85 @@
 #include <torch/csrc/jit/serialization/pickle.h>
 #include <torch/torch.h>
 
-#include "sarnerf/recognise/classifier.h"
+#include "sarnerf/recognise/cell.h"
 
 namespace sarnerf {
+
+Confusion confusion_of(const torch::Tensor& scores, const torch::Tensor& label, int n_classes) {
+  const auto n = static_cast<std::size_t>(n_classes);
+  Confusion confusion(n, std::vector<int>(n, 0));
+  const torch::Tensor answer = scores.argmax(1);
+  for (std::int64_t k = 0; k < label.size(0); ++k)
+    ++confusion[static_cast<std::size_t>(label[k].item<std::int64_t>())][static_cast<std::size_t>(answer[k].item<std::int64_t>())];
+  return confusion;
+}
+
+double accuracy(const Confusion& confusion) {
+  int n_test = 0, n_correct = 0;
+  for (std::size_t c = 0; c < confusion.size(); ++c) {
+    for (const int count : confusion[c]) n_test += count;
+    n_correct += confusion[c][c];
+  }
+  return n_test > 0 ? static_cast<double>(n_correct) / n_test : 0.0;
+}
+
+void make_cell(Cell& cell, const TrainingChips& training, const TestChips& test, int n_classes, const ClassifierOptions& options,
+               const ProgressReport& report) {
+  const auto start = std::chrono::steady_clock::now();
+  const LabelledChips all = joined(joined(test.measured, test.within), test.across);
+  const torch::Tensor scores = classify(cell.classifier, training, all.amplitude, n_classes, options, report);
+  std::int64_t first = 0;
+  const auto next = [&](const LabelledChips& part) -> Confusion {
+    if (part.size() == 0) return {};
+    first += part.size();
+    return confusion_of(scores.narrow(0, first - part.size(), part.size()), part.label, n_classes);
+  };
+  cell.confusion = next(test.measured);
+  cell.within = next(test.within);
+  cell.across = next(test.across);
+  cell.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Cells as files.
+
+std::string cell_file_name(const Cell& cell) {
+  char numbers[40];
+  std::snprintf(numbers, sizeof numbers, "_%02d_%02d.json", cell.n_shots, cell.draw);
+  return std::string(name(cell.classifier)) + "_" + cell.arm + numbers;
+}
+
+namespace {
+
+std::string json_rows(const Confusion& confusion) {
+  std::ostringstream rows;
+  for (std::size_t c = 0; c < confusion.size(); ++c) {
+    rows << (c > 0 ? ", [" : "[");
+    for (std::size_t answer = 0; answer < confusion[c].size(); ++answer) rows << (answer > 0 ? ", " : "") << confusion[c][answer];
+    rows << "]";
+  }
+  return "[" + rows.str() + "]";
+}
+
+}  // namespace
+
+std::string cell_json(const Cell& cell) {
+  std::ostringstream json;
+  json << "{\n \"classifier\": \"" << name(cell.classifier) << "\",\n \"arm\": \"" << cell.arm << "\",\n \"shots\": " << cell.n_shots
+       << ",\n \"draw\": " << cell.draw << ",\n \"study\": \"" << cell.study << "\",\n \"accuracy\": " << accuracy(cell.confusion)
+       << ",\n \"confusion\": " << json_rows(cell.confusion);
+  if (!cell.within.empty())
+    json << ",\n \"confusion_within\": " << json_rows(cell.within) << ",\n \"confusion_across\": " << json_rows(cell.across);
+  json << ",\n \"seconds\": " << cell.seconds << "\n}\n";
+  return json.str();
+}
+
+// Draws as files.
 
 namespace {
 
 using Dictionary = c10::impl::GenericDict;
 
-constexpr const char* kFormat = "sarnerf-draw-1";
+constexpr const char* kFormat = "sarnerf-draw-2";
 
 void put(Dictionary& file, const std::string& name, const LabelledChips& chips) {
   const bool any = chips.size() > 0;
@@ -64,12 +137,15 @@ void each_number(Options& o, const Visit& visit) {
 void write_draw_file(const std::string& path, const DrawFile& draw) {
   Dictionary file(c10::StringType::get(), c10::AnyType::get());
   file.insert("format", std::string(kFormat));
+  file.insert("study", draw.study);
   file.insert("classes", lines(draw.classes));
   file.insert("shots_of_each_class", static_cast<std::int64_t>(draw.n_shots));
   file.insert("draw", static_cast<std::int64_t>(draw.draw));
   each_number(draw.options, [&](const char* name, auto value) { file.insert(name, static_cast<double>(value)); });
   put(file, "shots", draw.shots);
-  put(file, "test", draw.test);
+  put(file, "test", draw.test.measured);
+  put(file, "test within", draw.test.within);
+  put(file, "test across", draw.test.across);
   std::vector<std::string> arms;
   for (const auto& [arm, chips] : draw.generated) {
     arms.push_back(arm);
@@ -77,10 +153,13 @@ void write_draw_file(const std::string& path, const DrawFile& draw) {
   }
   file.insert("arms", lines(arms));
   const std::vector<char> bytes = torch::jit::pickle_save(file);
-  std::ofstream out(path, std::ios::binary);
+  const std::string part = path + ".part";
+  std::ofstream out(part, std::ios::binary);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();
-  if (!out) throw std::runtime_error(path + ": cannot be written; is the disk full?");
+  std::error_code renamed;
+  if (out) std::filesystem::rename(part, path, renamed);
+  if (!out || renamed) throw std::runtime_error(path + ": cannot be written; is the disk full?");
 }
 
 DrawFile read_draw_file(const std::string& path) {
@@ -91,6 +170,7 @@ DrawFile read_draw_file(const std::string& path) {
     const Dictionary file = torch::jit::pickle_load(bytes).toGenericDict();
     if (file.at("format").toStringRef() != kFormat) throw std::runtime_error("format");
     DrawFile draw;
+    draw.study = file.at("study").toStringRef();
     draw.classes = texts_of(file, "classes");
     draw.n_shots = static_cast<int>(file.at("shots_of_each_class").toInt());
     draw.draw = static_cast<int>(file.at("draw").toInt());
@@ -98,7 +178,7 @@ DrawFile read_draw_file(const std::string& path) {
       value = static_cast<std::remove_reference_t<decltype(value)>>(file.at(name).toDouble());
     });
     draw.shots = chips_of(file, "shots");
-    draw.test = chips_of(file, "test");
+    draw.test = {chips_of(file, "test"), chips_of(file, "test within"), chips_of(file, "test across")};
     for (const std::string& arm : texts_of(file, "arms")) draw.generated[arm] = chips_of(file, arm);
     return draw;
   } catch (const std::exception&) {

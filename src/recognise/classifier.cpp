@@ -52,12 +52,13 @@ LabelledChips rows_of(const LabelledChips& chips, const torch::Tensor& index) {
   return {chips.amplitude.index_select(0, index), chips.label.index_select(0, index)};
 }
 
+}  // namespace
+
 LabelledChips joined(const LabelledChips& a, const LabelledChips& b) {
+  if (a.size() == 0) return b;
   if (b.size() == 0) return a;
   return {torch::cat({a.amplitude, b.amplitude}), torch::cat({a.label, b.label})};
 }
-
-}  // namespace
 
 torch::Tensor normalised_crops(const torch::Tensor& amplitude, int side, int row, int column) {
   require_room(amplitude, side, std::max(std::abs(row), std::abs(column)));
@@ -95,6 +96,12 @@ class Deck {
   std::vector<torch::Tensor> of_class_;
 };
 
+/// The chips of classes of which there is none in `present`.
+LabelledChips without_classes_of(const LabelledChips& chips, const LabelledChips& present) {
+  if (present.size() == 0) return chips;
+  return rows_of(chips, torch::nonzero((chips.label.unsqueeze(1) == present.label.unsqueeze(0)).any(1).logical_not()).flatten());
+}
+
 /// Random crops and gains, [n, 1, side, side].
 torch::Tensor disturbed(const torch::Tensor& amplitude, int side, const ClassifierOptions& o) {
   std::vector<torch::Tensor> crops;
@@ -124,7 +131,8 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
   torch::optim::AdamW optimiser(net->parameters(), torch::optim::AdamWOptions(o.rate).weight_decay(o.weight_decay));
   const Deck shots(training.shots, n_classes);
   const bool has_generated = training.generated.size() > 0;
-  const Deck generated(has_generated ? training.generated : training.shots, n_classes);
+  const LabelledChips others = joined(training.generated, without_classes_of(training.shots, training.generated));
+  const Deck generated(has_generated ? others : training.shots, n_classes);
   const int n_shots = has_generated ? static_cast<int>(std::lround(o.shot_fraction * o.batch)) : o.batch;
 
   net->train();
@@ -226,15 +234,6 @@ torch::Tensor background_scores(const LabelledChips& training, const torch::Tens
 }
 
 }  // namespace
-
-std::vector<std::vector<int>> confusion_of(const torch::Tensor& scores, const torch::Tensor& label, int n_classes) {
-  const auto n = static_cast<std::size_t>(n_classes);
-  std::vector<std::vector<int>> confusion(n, std::vector<int>(n, 0));
-  const torch::Tensor answer = scores.argmax(1);
-  for (std::int64_t k = 0; k < label.size(0); ++k)
-    ++confusion[static_cast<std::size_t>(label[k].item<std::int64_t>())][static_cast<std::size_t>(answer[k].item<std::int64_t>())];
-  return confusion;
-}
 
 torch::Tensor classify(Classifier classifier, const TrainingChips& training, const torch::Tensor& test_amplitude, int n_classes,
                        const ClassifierOptions& options, const ProgressReport& report) {

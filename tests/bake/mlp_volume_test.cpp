@@ -37,8 +37,9 @@ MlpField field_of(bool turns, double extinction_scale = 12.0) {
       for (int z = -1; z < 1; ++z) voxels.topology.insert({x, y, z});
   voxels.active.assign(8 * kBrickVoxels, 1);
   const double voxel_m = 0.25;
-  return MlpField(std::move(network), {0.3, 2.0, Integrator::exact}, {glm::dvec3(0.5 * voxel_m), voxel_m},
-                  std::move(voxels));
+  MlpField field(std::move(network), {0.3, 2.0, Integrator::exact}, {glm::dvec3(0.5 * voxel_m), voxel_m}, std::move(voxels));
+  field.refresh(-1.0);
+  return field;
 }
 
 std::vector<DatasetView> dataset_views() {

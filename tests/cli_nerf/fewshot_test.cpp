@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_fewshot on simulated chips of three classes.
 #include <csignal>
+#include <fstream>
 #include <map>
 
 #include <nlohmann/json.hpp>
 
 #include "catch.h"
 #include "programs.h"
+#include "sarnerf/recognise/cell.h"
 
 namespace {
 
@@ -43,6 +45,15 @@ class ThreeClasses : public ScratchFolder {
     }
     return run_program(SAR_FEWSHOT, all, path(), signal);
   }
+
+  Json json(const std::string& file) const { return Json::parse(read_text(path() / file)); }
+
+  /// Replaces a piece of a text file.
+  void edit(const std::string& file, const std::string& piece, const std::string& instead) const {
+    std::string text = read_text(path() / file);
+    text.replace(text.find(piece), piece.size(), instead);
+    std::ofstream(path() / file) << text;
+  }
 };
 
 }  // namespace
@@ -70,7 +81,7 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   CHECK(done.out.find("learned − turned") != std::string::npos);
   CHECK(done.out.find("four corners") != std::string::npos);
 
-  const Json report = Json::parse(read_text(chips / "study/report.json"));
+  const Json report = chips.json("study/report.json");
   CHECK(report.at("classes").size() == 3);
   // Three arms of two classifiers, and the background, of two draws.
   CHECK(report.at("cells").size() == 14);
@@ -87,58 +98,120 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   const Outcome again = chips.run({});
   CHECK(again.code == 0);
   CHECK(again.out == done.out);
-  CHECK(chips.run({{"--rate", "0.001"}}).code == 2);
-  CHECK(chips.run({{"--arms", "none,lerned"}}).is_error("learned?"));
-  CHECK(chips.run({{"--classes", "cuboid,tank"}, {"--output", "other"}}).is_error("tank"));
-  CHECK(chips.run({{"--shots", "40"}, {"--output", "other"}}).is_error("expected 40 chips or more at 17 deg"));
-  CHECK(chips.run({{"--train-depression", "40"}, {"--test-depression", "45"}, {"--output", "other"}}).code == 3);
-  CHECK(!fs::exists(chips / "other"));
+  // Pictures show the arms that are asked for.
+  const auto picture = fs::file_size(chips / "study/pictures/cuboid.png");
+  CHECK(chips.run({{"--arms", "none,turned"}}).code == 0);
+  CHECK(fs::file_size(chips / "study/pictures/cuboid.png") < picture);
 
-  const Outcome exported = chips.run({{"--export", "exported"}, {"--export-draws", "draws"}, {"--draws", "1"}});
+  // Cells and folders of other chips or options.
+  CHECK(chips.run({{"--rate", "0.001"}}).code == 2);
+  CHECK(chips.run({{"--classes", "cuboid,l_building"}}).is_error("other chips or options"));
+  chips.edit("study/cells/nearest_none_04_00.json", "\"study\": \"", "\"study\": \"0");
+  const Outcome foreign = chips.run({});
+  CHECK(foreign.code == 3);
+  CHECK(foreign.is_error("remove the file"));
+}
+
+TEST_CASE("what a study cannot mean is refused before anything is written", "[fewshot]") {
+  const ThreeClasses chips;
+  const auto refused = [&](int code, const std::string& piece, std::map<std::string, std::string> changed) {
+    changed["--output"] = "other";
+    const Outcome outcome = chips.run(changed);
+    INFO(outcome.err);
+    CHECK(outcome.code == code);
+    CHECK(outcome.is_error(piece));
+    CHECK(!fs::exists(chips / "other"));
+  };
+  refused(2, "learned?", {{"--arms", "none,lerned"}});
+  refused(2, "given twice", {{"--arms", "none,none"}});
+  refused(2, "given twice", {{"--shots", "4,4"}});
+  refused(2, "--generate-depression", {{"--arms", "none,rescaled"}});
+  refused(2, "--test-rest", {{"--arms", "none,measured"}, {"--test-rest", ""}});
+  refused(2, "add none", {{"--classifiers", "background"}, {"--arms", "turned"}});
+  refused(2, "nominal", {{"--test-depression", "16"}});
+  refused(2, "tank", {{"--classes", "cuboid,tank"}});
+  refused(3, "expected 40 chips or more at 17 deg", {{"--shots", "40"}});
+  refused(3, "found none", {{"--train-depression", "40"}, {"--test-depression", "45"}});
+  refused(2, "expected 20 shots", {{"--shots", "4,20"}, {"--validate", ""}});
+  CHECK(chips.run({{"--dry-run", ""}}).out.find("14: classifiers") != std::string::npos);
+}
+
+TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells of them", "[fewshot]") {
+  const ThreeClasses chips;
+  REQUIRE(chips.run({{"--classifiers", "nearest"}, {"--draws", "1"}}).code == 0);
+  const std::map<std::string, std::string> both{{"--export", "exported"}, {"--export-draws", "draws"}, {"--draws", "1"}};
+  const Outcome exported = chips.run(both);
   INFO(exported.err);
   REQUIRE(exported.code == 0);
   CHECK(fs::exists(chips / "exported/04_00/learned/cuboid/generated_000.tif"));
+  CHECK(chips.run(both).code == 0);
+  CHECK(chips.run({{"--export", "exported"}, {"--step", "7"}, {"--output", "seven"}}).is_error("--export"));
 
-  // The program for other machines makes the same cells of the file.
   const auto recognise = [&](const std::vector<std::string>& arguments) { return run_program(SAR_RECOGNISE, arguments, chips.path()); };
-  const Outcome elsewhere = recognise({"draws/04_00.pt", "--classifier", "nearest", "--classifier", "a-convnet", "--arm", "learned"});
+  const std::vector<std::string> arguments{"draws/04_00.pt", "--classifier", "nearest", "--classifier", "a-convnet", "--arm", "learned"};
+  const Outcome elsewhere = recognise(arguments);
   INFO(elsewhere.err);
   REQUIRE(elsewhere.code == 0);
-  const auto cell = [&](const std::string& file) { return Json::parse(read_text(chips / file)); };
-  CHECK(cell("cells/nearest_learned_04_00.json").at("confusion") == cell("study/cells/nearest_learned_04_00.json").at("confusion"));
-  fs::copy_file(chips / "cells/a-convnet_learned_04_00.json", chips / "study/cells/a-convnet_learned_04_00.json",
-                fs::copy_options::overwrite_existing);
-  CHECK(chips.run({}).code == 0);
+  CHECK(chips.json("cells/nearest_learned_04_00.json").at("confusion") == chips.json("study/cells/nearest_learned_04_00.json").at("confusion"));
+  fs::copy_file(chips / "cells/a-convnet_learned_04_00.json", chips / "study/cells/a-convnet_learned_04_00.json");
+  CHECK(chips.run({{"--draws", "1"}}).code == 0);
+  CHECK(recognise(arguments).out.empty());  // nothing is made again
+  chips.edit("cells/nearest_learned_04_00.json", "\"study\": \"", "\"study\": \"0");
+  CHECK(recognise(arguments).is_error("other chips or options"));
   CHECK(recognise({"draws/04_00.pt", "--arm", "lerned"}).code == 1);
   CHECK(recognise({"study/report.json"}).is_error("is not a file of a draw of shots"));
   CHECK(recognise({"draws/04_00.pt", "--classifier", "resnet"}).code == 2);
-  // The background: exchanged between test chips, and compared with that of measured chips.
-  const Outcome exchanged = chips.run({{"--exchange-clutter", ""}, {"--arms", "none"}, {"--classifiers", "nearest,background"}, {"--draws", "1"},
-                                       {"--output", "exchanged"}});
+}
+
+TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test chips", "[fewshot]") {
+  const ThreeClasses chips;
+  const auto draw = [&](const std::string& folder, std::map<std::string, std::string> changed) {
+    changed.insert({{"--draws", "1"}, {"--export-draws", folder}, {"--output", folder + "_study"}});
+    const Outcome outcome = chips.run(changed);
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return sarnerf::read_draw_file((chips / folder / "04_00.pt").string());
+  };
+  // Gaps of 90°, more or less: by 5°, within 15° of either shot.
+  CHECK(draw("near", {{"--arms", "turned"}}).generated.at("turned").size() == 3 * 4 * 6);
+  CHECK(draw("nearer", {{"--arms", "turned"}, {"--reach", "5.1"}}).generated.at("turned").size() == 3 * 4 * 2);
+  CHECK(draw("wide", {{"--arms", "turned"}, {"--reach", "180"}}).generated.at("turned").size() == 3 * (72 - 4));
+
+  const sarnerf::DrawFile validation = draw("validation", {{"--arms", "measured"}, {"--validate", ""}, {"--reach", "180"}});
+  const sarnerf::LabelledChips& measured = validation.generated.at("measured");
+  CHECK(measured.size() > 0);
+  for (std::int64_t n = 0; n < validation.test.measured.size(); ++n)
+    CHECK_FALSE((measured.amplitude == validation.test.measured.amplitude[n]).flatten(1).all(1).any().item<bool>());
+}
+
+TEST_CASE("backgrounds are exchanged between test chips, and compared with generated ones", "[fewshot]") {
+  const ThreeClasses chips;
+  const Outcome exchanged = chips.run({{"--exchange-clutter", ""}, {"--arms", "none"}, {"--classifiers", "nearest,background"}, {"--draws", "1"}});
   INFO(exchanged.err);
   REQUIRE(exchanged.code == 0);
   CHECK(exchanged.out.find("across classes") != std::string::npos);
-  const Json tested = cell("exchanged/cells/nearest_none_04_00.json");
-  CHECK(tested.at("confusion") == cell("study/cells/nearest_none_04_00.json").at("confusion"));
+  REQUIRE(chips.run({{"--arms", "none"}, {"--classifiers", "nearest"}, {"--draws", "1"}, {"--output", "plain"}}).code == 0);
+  CHECK(chips.json("study/cells/nearest_none_04_00.json").at("confusion") == chips.json("plain/cells/nearest_none_04_00.json").at("confusion"));
   // What recognises the background fails where it is exchanged.
-  const Json background = cell("exchanged/cells/background_none_04_00.json");
+  const Json background = chips.json("study/cells/background_none_04_00.json");
   CHECK(background.at("confusion_across") != background.at("confusion"));
-  CHECK(fs::exists(chips / "exchanged/pictures/exchanged_background.png"));
-  const Outcome compared = chips.run({{"--check-clutter", ""}});
+  CHECK(fs::exists(chips / "study/pictures/exchanged_background.png"));
+  const Outcome compared = chips.run({{"--check-clutter", ""}, {"--output", "compared"}});
   INFO(compared.err);
   CHECK(compared.code == 0);
   CHECK(compared.out.find("measured from generated: ") != std::string::npos);
+}
 
-  // Chips generated for another depression, at which two classes have none.
-  for (const char* name : {"platform_upright", "l_building"}) fs::rename(chips / "chips" / name / "15", chips / (std::string(name) + "_15"));
-  CHECK(chips.run({{"--output", "other"}}).is_error("--test-rest"));
+TEST_CASE("chips are generated for another depression, at which some classes have none", "[fewshot]") {
+  const ThreeClasses chips;
+  for (const char* name : {"platform_upright", "l_building"}) fs::remove_all(chips / "chips" / name / "15");
+  CHECK(chips.run({}).is_error("--test-rest"));
   const Outcome rest = chips.run({{"--test-rest", ""}, {"--generate-depression", "45"}, {"--arms", "none,turned,rescaled,learned"},
-                                  {"--classifiers", "nearest"}, {"--output", "rest"}});
+                                  {"--classifiers", "nearest"}});
   INFO(rest.err);
   CHECK(rest.code == 0);
-  CHECK(rest.out.find("cuboid, 4 shots: false alarms") != std::string::npos);
-  CHECK(cell("rest/cells/nearest_rescaled_04_00.json").at("confusion") != cell("rest/cells/nearest_turned_04_00.json").at("confusion"));
-  for (const char* name : {"platform_upright", "l_building"}) fs::rename(chips / (std::string(name) + "_15"), chips / "chips" / name / "15");
-  CHECK(chips.run({{"--shots", "20"}, {"--validate", ""}, {"--output", "validation"}}).is_error("expected 20 shots"));
-  CHECK(chips.run({{"--dry-run", ""}}).out.find("14: classifiers") != std::string::npos);
+  CHECK(rest.out.find("cuboid recognised, 4 shots") != std::string::npos);
+  CHECK(rest.out.find("cuboid, false alarms:") != std::string::npos);
+  for (const Json& difference : chips.json("study/report.json").at("differences")) CHECK(difference.at("measure") != "accuracy");
+  CHECK(chips.json("study/cells/nearest_rescaled_04_00.json").at("confusion") != chips.json("study/cells/nearest_turned_04_00.json").at("confusion"));
 }

@@ -159,6 +159,7 @@ TEST_CASE("options of training are checked before anything is written") {
   };
   refused({"--steps", "10", "--time", "5s"}, "--steps and --time");
   refused({"--steps", "0"}, "--steps");
+  refused({"--field", "mlp", "--option", "direction_frequencies=-2"}, "expected -1 to 64");
   refused({"--time", "soon"}, "a time such as 90s");
   refused({"--holdout", "4"}, "none left to learn from");
   refused({"--field", "gird"}, "--field");
@@ -176,6 +177,8 @@ TEST_CASE("options of training are checked before anything is written") {
   refused({"--resolution", "-1"}, "--resolution");
   refused({"--resolution", "0.9", "--window", "tailor"}, "taylor");
   refused({"--resolution", "0.01"}, "under-samples");
+  CHECK(scene.train({"data", "-o", "still", "--field", "mlp", "--steps", "1", "--option", "width=32", "--option", "depth=2", "--option", "skip=-1",
+                     "--option", "direction_frequencies=-1", "-q"}).code == 0);
   CHECK(scene.train({"--resume", "nowhere"}).code == 3);
   CHECK(scene.train({"data", "-o", "data"}).is_error("lies inside the input"));
   CHECK(scene.train({"--help"}).code == 0);

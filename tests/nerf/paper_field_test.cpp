@@ -131,6 +131,16 @@ TEST_CASE("the paper's method learns, and knows no ground") {
   CHECK(trainer.options().n_registrations == 0);
 }
 
+TEST_CASE("what the paper fixes is no option") {
+  const TrainerOptions options = default_options(tiny_set(), "paper", Schedule::steps);
+  const TrainerOptions again = options_from_json(options_json(options));
+  CHECK(again.mlp.literal);
+  CHECK(again.mlp.integrator == "paper-gated");
+  CHECK(again.misfit == 0.0);
+  for (const char* name : {"integrator", "end_depth", "misfit", "n_registrations", "prune_depth", "renderings"})
+    CHECK_THROWS_AS(options_from_json("{\"field\": \"paper\", \"" + std::string(name) + "\": 1}"), UsageError);
+}
+
 TEST_CASE("the field of the paper is restored bit by bit") {
   Trainer trainer(tiny_set(), small_options());
   trainer.step(0.1);

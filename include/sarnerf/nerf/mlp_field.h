@@ -24,6 +24,9 @@ struct MlpOptions {
   double prune_depth =
       0.02;                ///< voxels are not sampled if they and their neighbours have less two-way depth
   int refresh_steps = 20;  ///< steps between two refreshes of the occupancy grid
+  /// The position's frequencies are learned one after the other, the coarsest first, and all of them from this progress on; 0: from the
+  /// start (Yang et al. 2023 for few views). Weights of frequencies whose turn has not come are 0.
+  double frequencies_until = 0.0;
   std::string integrator = "exact";  ///< or "paper-gated"
   bool literal = false;              ///< the field `paper` (MlpUnits::literal); then nothing is carved nor removed
 };
@@ -50,15 +53,17 @@ struct MlpUnits {
 /// are equally long along all axes; and the number of frequencies follows from the range bin (suitable_frequencies()).
 ///
 /// **The field `paper`** (`literal`) is the same network with none of these departures: Î = tanh(σ) e^(−Σ σ) S_r with σ =
-/// ReLU(σ_r), the sum inclusive, S_r as the network gives it; its encoding has no more than eq. 25's sines and cosines (the weights
+/// ReLU(σ_r), the sum inclusive, S_r as the network gives it; its encoding has no more than eq. 27's sines and cosines (the weights
 /// of the point itself are 0 and stay so); rays are those of an even fan over the scene's box, as many as the image has bins, one in
-/// the centre of each row, with one sample in the centre of each bin inside of the box; all of the box is sampled. What the paper leaves open
-/// (sizes, L, optimiser) is as in `mlp`, with L = 10. Printed signs: σ ≤ 0 there.
+/// the centre of each row, with one sample in the centre of each bin inside of the box (of the part inside, at its border); all of the box
+/// is sampled. The box is that of the voxels that fill the scene's box: up to two voxels larger. What the paper leaves open
+/// (sizes, L, optimiser) is as in `mlp`, with L = 10. So is the scale: s (r_j Δθ / Δr) before the sum (24), which 30 leaves out. Printed
+/// signs: σ ≤ 0 there.
 ///
 /// The frame is world axes centred on the aim point.
 class MlpField : public LearnedField {
  public:
-  /// `voxels` as carve() returns them. Caches κ at all of them; all count as occupied.
+  /// `voxels` as carve() returns them. All count as occupied, without an extinction: see refresh().
   MlpField(MlpNetwork network, const MlpUnits& units, const GridTransform& transform,
            CarvedVoxels voxels);
 
@@ -76,7 +81,7 @@ class MlpField : public LearnedField {
   Archive state() const override;
 
   /// Evaluates the network at all voxels that carving left. Occupied are those whose two-way depth, or a neighbour's, then
-  /// exceeds `least_depth`. Cost: one sample a voxel.
+  /// exceeds `least_depth`; a negative one occupies all. Cost: one sample a voxel. The field `paper` needs none of this: all of its box is sampled.
   void refresh(double least_depth);
 
   /// κ (1/m) and S at points, differentiable by the parameters. Shapes as in mlp_forward().

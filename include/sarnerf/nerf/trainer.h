@@ -23,7 +23,7 @@ struct TrainerOptions {
   GridOptions grid;            ///< of the field `grid`
   MlpOptions mlp;              ///< of the field `mlp`
   SurfaceOptions surface;      ///< of the field `surface`
-  int rows_per_step = 140;     ///< azimuth rows, drawn from all views without repetition until all have had their turn
+  int rows_per_step = 140;     ///< azimuth rows, drawn from all views without repetition until all have had their turn or the occupied box changes
   int renderings = 1;          ///< of each row in a step, from rays of its own; 2: the loss is free of their variance (E8)
   double ray_spacing = 1.4;    ///< wider than a voxel: where rays lie changes from step to step
   double most_ray_spacing_bins = 1.3;  ///< limit of the same, in range bins

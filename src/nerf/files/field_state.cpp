@@ -79,8 +79,7 @@ std::vector<double> numbers(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 Archive MlpField::state() const {
   Archive archive;
   add_voxels(archive, cache_.topology(), cache_.places());
-  const std::vector<float> extinction = cache_.extinction_per_m();
-  archive.tensors["extinction"] = torch::tensor(extinction);
+  if (!units_.literal) archive.tensors["extinction"] = torch::tensor(cache_.extinction_per_m());
   archive.tensors["parameters"] = network_.parameters.detach().clone();
   if (ground) add_ground(archive, *ground);
   if (resolution) add_resolution(archive, *resolution);
@@ -142,15 +141,13 @@ MlpField restore_mlp_field(const Archive& archive, const std::string& where) {
   require(parameters.isfinite().all().item<bool>(), "weights are not finite");
   MlpNetwork network{shape, box_m, parameters.clone().contiguous().set_requires_grad(true)};
 
-  const torch::Tensor extinction =
-      archive.tensor("extinction", torch::kFloat, 1, where).contiguous();
-  require(extinction.isfinite().all().item<bool>() && (extinction >= 0.0).all().item<bool>(),
-          "extinctions of voxels are impossible");
   MlpField field(std::move(network), units, transform, voxels_of(archive, where));
-  require(static_cast<std::size_t>(extinction.numel()) == field.cache().n_voxels(),
-          "the numbers of voxels and of their extinctions differ");
-  field.restore_cache({extinction.data_ptr<float>(), field.cache().n_voxels()},
-                      number("least_depth"));
+  if (!units.literal) {
+    const torch::Tensor extinction = archive.tensor("extinction", torch::kFloat, 1, where).contiguous();
+    require(extinction.isfinite().all().item<bool>() && (extinction >= 0.0).all().item<bool>(), "extinctions of voxels are impossible");
+    require(static_cast<std::size_t>(extinction.numel()) == field.cache().n_voxels(), "the numbers of voxels and of their extinctions differ");
+    field.restore_cache({extinction.data_ptr<float>(), field.cache().n_voxels()}, number("least_depth"));
+  }
   field.ground = ground_of(archive, where);
   field.resolution = resolution_of(archive, where);
   return field;

@@ -59,7 +59,7 @@ std::unique_ptr<LearnedField> restore_field(const Archive& archive, const std::s
   if (is_network(kind)) return std::make_unique<MlpField>(restore_mlp_field(archive, where));
   if (kind == "surface") return std::make_unique<SurfaceField>(restore_surface_field(archive, where));
   throw CheckpointError(where + ": holds a field of kind '" + kind +
-                        "', which this version does not have; it has: grid, mlp, surface");
+                        "', which this version does not have; it has: grid, mlp, paper, surface");
 }
 
 namespace {

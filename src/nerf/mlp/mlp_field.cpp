@@ -63,9 +63,7 @@ MlpField::MlpField(MlpNetwork network, const MlpUnits& units, const GridTransfor
       units_(units),
       cache_(transform, std::move(voxels)),
       kernel_(network_.parameters.scalar_type() == torch::kFloat ? best_mlp_kernel(network_.shape)
-                                                                 : MlpKernel::plain) {
-  refresh(-1.0);
-}
+                                                                 : MlpKernel::plain) {}
 
 MlpField::Values MlpField::evaluate(std::span<const glm::vec3> point_m,
                                     std::span<const glm::vec3> ray_direction,
@@ -117,7 +115,9 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
       network.bias(layer).fill_(options.literal ? options.initial_brightness : std::log(std::expm1(options.initial_brightness)));
   }
   if (options.literal) clear_identity(options.shape, network.parameters);
+  if (options.frequencies_until > 0.0) clear_position_frequencies(options.shape, network.parameters, 1);
   MlpField field(std::move(network), units, transform, std::move(carved));
+  if (!options.literal) field.refresh(-1.0);
   if (set.ground) field.ground = set.ground->plane;
   field.resolution = set.resolution;
   return field;

@@ -29,9 +29,10 @@ class FlooredAdam {
  public:
   explicit FlooredAdam(const torch::Tensor& value) : mean_(torch::zeros_like(value.detach())), square_(torch::zeros_like(mean_)) {}
 
-  /// Step number `step` (from 1) along `gradient`, `rate` long. Calls move(parameter, by) for each parameter that is to change.
+  /// A step along `gradient`, `rate` long. Calls move(parameter, by) for each parameter that is to change.
   template <class Move>
-  void step(std::span<const float> gradient, std::int64_t step, double rate, double least, Move&& move) {
+  void step(std::span<const float> gradient, double rate, double least, Move&& move) {
+    ++n_steps_;
     float* const mean = mean_.data_ptr<float>();
     float* const square = square_.data_ptr<float>();
     parallel_for(gradient.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
@@ -42,7 +43,7 @@ class FlooredAdam {
     });
     const float largest = std::sqrt(square_.max().item<float>());
     if (!(largest > 0.0f)) return;
-    const auto t = static_cast<double>(step);
+    const auto t = static_cast<double>(n_steps_);
     const double mean_scale = 1.0 / (1.0 - std::pow(double{kBeta1}, t)), root_scale = 1.0 / std::sqrt(1.0 - std::pow(double{kBeta2}, t));
     const auto scale = static_cast<float>(rate * mean_scale / root_scale);
     const float floor = static_cast<float>(least) * largest;
@@ -62,8 +63,10 @@ class FlooredAdam {
   void save(Archive& archive, const std::string& name) const {
     archive.tensors["adam_mean_" + name] = mean_.clone();
     archive.tensors["adam_square_" + name] = square_.clone();
+    archive.tensors["adam_steps_" + name] = torch::tensor({n_steps_}, torch::kInt64);
   }
   void restore(const Archive& archive, const std::string& name, const std::string& where) {
+    n_steps_ = archive.tensor("adam_steps_" + name, torch::kInt64, 1, where)[0].item<std::int64_t>();
     for (auto& [key, to] : {std::pair("adam_mean_" + name, &mean_), std::pair("adam_square_" + name, &square_)}) {
       const torch::Tensor t = archive.tensor(key, torch::kFloat, to->dim(), where);
       if (t.sizes() != to->sizes())
@@ -75,6 +78,7 @@ class FlooredAdam {
  private:
   static constexpr float kBeta1 = 0.9f, kBeta2 = 0.99f;
   torch::Tensor mean_, square_;
+  std::int64_t n_steps_ = 0;
 };
 
 /// Learns a SurfaceField. It starts from the carved hull. In each step the gradients by the distance and by the albedo are
@@ -293,7 +297,7 @@ void SurfaceLearner::move_surface(double rate) {
     if (gradient[v] != 0.0f) last_reach[v] = steps_;
   blur(lines_, smoothing_bins2_, field_.voxel_size_m(), gradient);
   const double step_m = rate * options_.step_bins * bin_m_;
-  adam_distance_.step(gradient, steps_, step_m, options_.least_moment, [&](std::size_t v, float by) {
+  adam_distance_.step(gradient, step_m, options_.least_moment, [&](std::size_t v, float by) {
     if (last_reach[v] >= 0 && steps_ - last_reach[v] <= options_.reached_steps) f[v] = std::max(f[v] + by, least_m[v]);
   });
 }
@@ -307,7 +311,7 @@ void SurfaceLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& 
   const torch::NoGradGuard no_grad;
   const auto follow = [&](torch::Tensor& of, FlooredAdam& adam, double step) {
     const auto value = numbers(of);
-    adam.step(numbers(of.grad()), steps_, step, options_.least_moment, [&](std::size_t n, float by) { value[n] += by; });
+    adam.step(numbers(of.grad()), step, options_.least_moment, [&](std::size_t n, float by) { value[n] += by; });
   };
   ++steps_;
   if (field_.has_directional()) return follow(field_.directional, adam_directional_, rate * options_.directional_rate);

@@ -20,7 +20,8 @@
 
 namespace sarnerf {
 
-/// Azimuth rows of all views in random order, in blocks of neighbours of one view: each comes once before any comes again.
+/// Azimuth rows of all views in random order, in blocks of neighbours of one view. Each comes once before any comes again,
+/// unless the rows that see the scene change.
 class RowQueue {
  public:
   struct Draw {

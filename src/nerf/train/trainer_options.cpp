@@ -45,7 +45,35 @@ void for_each_mlp_option(Options& o, Visit&& visit) {
   visit("initial_brightness", o.initial_brightness);
   visit("prune_depth", o.prune_depth);
   visit("refresh_steps", o.refresh_steps);
+  visit("frequencies_until", o.frequencies_until);
   visit("integrator", o.integrator);
+}
+
+/// Those that the paper leaves open; the rest of its method is fixed: fix_method().
+template <class Options, class Visit>
+void for_each_paper_option(Options& o, Visit&& visit) {
+  visit("depth", o.mlp.shape.depth);
+  visit("width", o.mlp.shape.width);
+  visit("skip", o.mlp.shape.skip);
+  visit("position_frequencies", o.mlp.shape.position_frequencies);
+  visit("direction_frequencies", o.mlp.shape.direction_frequencies);
+  visit("voxel_size_m", o.mlp.voxel_size_m);
+  visit("rate", o.mlp.rate);
+  visit("warm_up_steps", o.mlp.warm_up_steps);
+  visit("initial_depth", o.mlp.initial_depth);
+  visit("initial_brightness", o.mlp.initial_brightness);
+  visit("rows_per_step", o.rows_per_step);
+  visit("final_rate", o.final_rate);
+  visit("seed", o.seed);
+}
+
+/// Sets what the field `paper` does not leave open.
+void fix_method(TrainerOptions& o) {
+  if (o.field != "paper") return;
+  o.n_registrations = 0;
+  o.misfit = 0.0;
+  o.mlp.literal = true;
+  o.mlp.integrator = name(Integrator::paper_gated);
 }
 
 template <class Options, class Visit>
@@ -79,6 +107,7 @@ void for_each_surface_option(Options& o, Visit&& visit) {
 template <class Options, class Visit>
 void for_each_option(Options& o, Visit&& visit) {
   visit("field", o.field);
+  if (o.field == "paper") return for_each_paper_option(o, visit);
   if (is_network(o.field))
     for_each_mlp_option(o.mlp, visit);
   else if (o.field == "surface")
@@ -159,19 +188,14 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
     options.misfit = 0.3;
     options.error_bound = 1.0;
   }
-  if (field == "paper") {
-    options.n_registrations = 0;
-    options.misfit = 0.0;
-    options.mlp.literal = true;
-    options.mlp.integrator = name(Integrator::paper_gated);
-    options.mlp.shape = {};
-  }
+  if (field == "paper") options.mlp.shape = {};
   if (is_network(field)) {
     options.rows_per_step = 10;
     options.ray_spacing = 1.0;
     options.end_depth = 7.0;
     options.final_rate = 0.1;
   }
+  fix_method(options);
   return options;
 }
 
@@ -199,7 +223,7 @@ TrainerOptions options_from_json(const std::string& text) {
   TrainerOptions options;
   // Which options there are depends on the field.
   if (json.contains("field") && json.at("field").is_string()) options.field = json.at("field").get<std::string>();
-  options.mlp.literal = options.field == "paper";
+  fix_method(options);
   std::size_t n_known = 0;
   for_each_option(options, [&](const char* name, auto& value) {
     if (!json.contains(name)) return;

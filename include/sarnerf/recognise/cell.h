@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sarnerf/recognise/classifier.h"
+
+/// Cells of a study of few-shot recognition, and the files by which sar_fewshot and sar_recognise exchange chips and cells.
+namespace sarnerf {
+
+/// Numbers of test chips: [true class][answer].
+using Confusion = std::vector<std::vector<int>>;
+
+/// Of scores [n, n_classes]. Ties have the first of the highest scores.
+Confusion confusion_of(const torch::Tensor& scores, const torch::Tensor& label, int n_classes);
+
+/// Part of the test chips that were recognised.
+double accuracy(const Confusion& confusion);
+
+/// What classifiers are tested on: chips as they were measured, and, if the study exchanges them, the same chips with the background of
+/// another chip of their class and of other classes.
+struct TestChips {
+  LabelledChips measured, within, across;
+};
+
+/// One trained classifier and its answers on the test chips.
+struct Cell {
+  Classifier classifier = Classifier::a_convnet;
+  std::string arm;
+  int n_shots = 0, draw = 0;
+  std::string study;                    ///< fingerprint of the study's chips and options
+  Confusion confusion, within, across;  ///< of TestChips
+  double seconds = 0.0;
+};
+
+/// Trains one classifier and tests it: fills the cell's answers and seconds. Throws as classify() does.
+void make_cell(Cell& cell, const TrainingChips& training, const TestChips& test, int n_classes, const ClassifierOptions& options,
+               const ProgressReport& report = {});
+
+/// "a-convnet_none_12_00.json".
+std::string cell_file_name(const Cell& cell);
+
+/// The cell as a JSON object.
+std::string cell_json(const Cell& cell);
+
+/// Everything that the classifiers of one draw of shots need, as one file: sar_fewshot writes it where the chips are, and
+/// sar_recognise reads it where a GPU is.
+struct DrawFile {
+  std::string study;  ///< as in Cell
+  std::vector<std::string> classes;
+  int n_shots = 0, draw = 0;
+  ClassifierOptions options;
+  LabelledChips shots;
+  TestChips test;
+  std::map<std::string, LabelledChips> generated;  ///< by arm; without chips for the shots alone
+};
+
+/// A pickled dictionary of tensors, numbers and texts, which Python's torch.load() reads too. The device is not kept. The file appears
+/// when it is complete. Throws std::runtime_error for a file that cannot be written, or is something else.
+void write_draw_file(const std::string& path, const DrawFile& draw);
+DrawFile read_draw_file(const std::string& path);
+
+}  // namespace sarnerf
