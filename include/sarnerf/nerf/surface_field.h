@@ -37,7 +37,7 @@ struct SurfaceOptions {
   int redistance_steps = 25;       ///< steps between two redistancings
   int refresh_steps = 5;           ///< steps between two updates of the occupied space
   int reached_steps = 50;          ///< voxels that no ray has reached for so many steps keep their distance
-  double albedo_rate = 0.05, exponent_rate = 0.02, directional_rate = 0.02;
+  double albedo_rate = 0.05, exponent_rate = 0.02, directional_rate = 0.03;
 };
 
 /// The field `surface`: an opaque body bounded by the level 0 of a signed distance f (m, negative inside), and the brightness of
