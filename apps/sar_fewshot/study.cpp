@@ -179,7 +179,7 @@ namespace {
 
 /// Fills a cell from its file. Throws InputError for a file that is not this study's.
 void read_cell(Cell& cell, const std::filesystem::path& file, bool exchanged, std::size_t n_classes) {
-  const Cell wanted = cell;
+  const std::string study = cell.study;
   try {
     const Json json = Json::parse(read_whole_file(file));
     cell.study = json.value("study", "");
@@ -193,7 +193,7 @@ void read_cell(Cell& cell, const std::filesystem::path& file, bool exchanged, st
   const auto fits = [&](const Confusion& confusion) {
     return confusion.size() == n_classes && std::ranges::all_of(confusion, [&](const auto& row) { return row.size() == n_classes; });
   };
-  if (cell.study != wanted.study || !fits(cell.confusion) || (exchanged && (!fits(cell.within) || !fits(cell.across))))
+  if (cell.study != study || !fits(cell.confusion) || (exchanged && (!fits(cell.within) || !fits(cell.across))))
     throw InputError(file.string() + ": expected a cell of this study's chips and options, found one of others; remove the file");
 }
 

@@ -132,7 +132,7 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
   const Deck shots(training.shots, n_classes);
   const bool has_generated = training.generated.size() > 0;
   const LabelledChips others = joined(training.generated, without_classes_of(training.shots, training.generated));
-  const Deck generated(has_generated ? others : training.shots, n_classes);
+  const Deck generated(others, n_classes);
   const int n_shots = has_generated ? static_cast<int>(std::lround(o.shot_fraction * o.batch)) : o.batch;
 
   net->train();

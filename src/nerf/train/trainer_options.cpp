@@ -31,8 +31,9 @@ void for_each_grid_option(Options& o, Visit&& visit) {
   visit("n_prunings", o.n_prunings);
 }
 
+/// Those of both networks: what the paper leaves open.
 template <class Options, class Visit>
-void for_each_mlp_option(Options& o, Visit&& visit) {
+void for_each_network_option(Options& o, Visit&& visit) {
   visit("depth", o.shape.depth);
   visit("width", o.shape.width);
   visit("skip", o.shape.skip);
@@ -43,28 +44,15 @@ void for_each_mlp_option(Options& o, Visit&& visit) {
   visit("warm_up_steps", o.warm_up_steps);
   visit("initial_depth", o.initial_depth);
   visit("initial_brightness", o.initial_brightness);
+}
+
+/// Those of `mlp` alone.
+template <class Options, class Visit>
+void for_each_mlp_option(Options& o, Visit&& visit) {
   visit("prune_depth", o.prune_depth);
   visit("refresh_steps", o.refresh_steps);
   visit("frequencies_until", o.frequencies_until);
   visit("integrator", o.integrator);
-}
-
-/// Those that the paper leaves open; the rest of its method is fixed: fix_method().
-template <class Options, class Visit>
-void for_each_paper_option(Options& o, Visit&& visit) {
-  visit("depth", o.mlp.shape.depth);
-  visit("width", o.mlp.shape.width);
-  visit("skip", o.mlp.shape.skip);
-  visit("position_frequencies", o.mlp.shape.position_frequencies);
-  visit("direction_frequencies", o.mlp.shape.direction_frequencies);
-  visit("voxel_size_m", o.mlp.voxel_size_m);
-  visit("rate", o.mlp.rate);
-  visit("warm_up_steps", o.mlp.warm_up_steps);
-  visit("initial_depth", o.mlp.initial_depth);
-  visit("initial_brightness", o.mlp.initial_brightness);
-  visit("rows_per_step", o.rows_per_step);
-  visit("final_rate", o.final_rate);
-  visit("seed", o.seed);
 }
 
 /// Sets what the field `paper` does not leave open.
@@ -103,27 +91,33 @@ void for_each_surface_option(Options& o, Visit&& visit) {
   visit("directional_rate", o.directional_rate);
 }
 
-/// Calls visit(name, member) for every option that concerns the field.
+/// Calls visit(name, member) for every option that concerns the field. What the paper fixes (fix_method()) is none of the field `paper`.
 template <class Options, class Visit>
 void for_each_option(Options& o, Visit&& visit) {
+  const bool is_paper = o.field == "paper";
   visit("field", o.field);
-  if (o.field == "paper") return for_each_paper_option(o, visit);
-  if (is_network(o.field))
-    for_each_mlp_option(o.mlp, visit);
-  else if (o.field == "surface")
+  if (is_network(o.field)) for_each_network_option(o.mlp, visit);
+  if (o.field == "surface") {
     for_each_surface_option(o.surface, visit);
-  else
+  } else if (!is_network(o.field)) {
     for_each_grid_option(o.grid, visit);
+  } else if (!is_paper) {
+    for_each_mlp_option(o.mlp, visit);
+  }
   visit("rows_per_step", o.rows_per_step);
-  visit("renderings", o.renderings);
-  visit("ray_spacing", o.ray_spacing);
-  visit("most_ray_spacing_bins", o.most_ray_spacing_bins);
-  visit("longest_segment", o.longest_segment);
-  visit("end_depth", o.end_depth);
+  if (!is_paper) {
+    visit("renderings", o.renderings);
+    visit("ray_spacing", o.ray_spacing);
+    visit("most_ray_spacing_bins", o.most_ray_spacing_bins);
+    visit("longest_segment", o.longest_segment);
+    visit("end_depth", o.end_depth);
+  }
   visit("final_rate", o.final_rate);
-  visit("misfit", o.misfit);
-  visit("error_bound", o.error_bound);
-  visit("n_registrations", o.n_registrations);
+  if (!is_paper) {
+    visit("misfit", o.misfit);
+    visit("error_bound", o.error_bound);
+    visit("n_registrations", o.n_registrations);
+  }
   visit("seed", o.seed);
 }
 
