@@ -78,6 +78,26 @@ TEST_CASE("training of the field mlp goes on from a checkpoint bit by bit") {
   CHECK(torch::equal(fresh.field().parameters()[0], again.field().parameters()[0]));
 }
 
+TEST_CASE("the first fog is as bright as fits the images") {
+  TrainingSet set = small_set();
+  for (const double factor : {1.0, 0.02}) {  // of the images, but not of the scale s
+    CAPTURE(factor);
+    TrainingSet dimmed = set;
+    for (PosedImage& image : dimmed.images)
+      for (float& p : image.power.pixels()) p *= static_cast<float>(factor);
+    const Trainer trainer(dimmed, small_mlp_options(dimmed));
+    double product = 0.0, square = 0.0;
+    for (const PosedImage& image : dimmed.images) {
+      const Image<float> fog = render_view(trainer.field(), image.acquisition);
+      for (std::size_t n = 0; n < fog.pixels().size(); ++n) {
+        product += double{fog.pixels()[n]} * double{image.power.pixels()[n]};
+        square += double{fog.pixels()[n]} * double{fog.pixels()[n]};
+      }
+    }
+    CHECK(product / square == Approx(1.0).epsilon(0.15));
+  }
+}
+
 TEST_CASE("fine frequencies are learned after coarse ones") {
   const TrainingSet set = small_set();
   TrainerOptions options = small_mlp_options(set);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 
 #include "sarnerf/core/parallel.h"
@@ -20,7 +21,6 @@ struct MlpOptions {
   double rate = 1e-3;               ///< Adam's largest learning rate
   int warm_up_steps = 100;          ///< over which the rate rises to it
   double initial_depth = 0.2;       ///< initial two-way optical depth of a range bin
-  double initial_brightness = 0.3;  ///< in units of the scale s
   double prune_depth =
       0.02;                ///< voxels are not sampled if they and their neighbours have less two-way depth
   int refresh_steps = 20;  ///< steps between two refreshes of the occupancy grid
@@ -116,7 +116,12 @@ class MlpField : public LearnedField {
 /// least 1, at most the 10 of the authors' code.
 int suitable_frequencies(const Box& scene_box_m, double bin_m);
 
-/// A field of fog in all voxels that carving left. Throws UsageError for impossible options.
+/// Largest number of the direction's frequencies whose finest wave, of period 2^(2 − L) in the unit vector's components, the views sample
+/// twice: at least 0, at most the 4 of the authors' code. Between views farther apart a finer wave would be free. The sampling is the
+/// median over the views' azimuths of the larger distance to the next one on either side.
+int suitable_direction_frequencies(std::span<const PosedImage> images);
+
+/// A field of fog in all voxels that carving left, as bright as fits the images. Throws UsageError for impossible options.
 MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed,
     const Monitor& monitor = {});
 

@@ -99,16 +99,16 @@ std::string_view name(MlpKernel kernel);
 /// direction `ray_direction[q]` (unit, from the radar into the scene), has the points [ray_begin[q], ray_begin[q + 1])
 /// of `point_m`, and all points belong to a ray.
 ///
-/// The parameters must not change before the backward pass. The backward pass of `amx_bf16` evaluates the network again for the
-/// samples that have a gradient, and skips the others: empty space costs nothing there.
+/// The parameters must not change before the backward pass, which skips samples without a gradient: empty space costs nothing there.
+/// That of `amx_bf16` evaluates the network again for the others.
 ///
 /// Results depend on the inputs and the kernel; the gradient also on the number of threads, but not on timing.
 /// Both bf16 kernels differ from float32 by about 1 % of the outputs' spread.
 ///
 /// Throws UsageError if array lengths or types do not match, or if the processor lacks the kernel.
 ///
-/// Memory for gradients: 24 bytes a sample and 10 MiB a thread for `amx_bf16`. LibTorch keeps activations, some 10 KiB a sample
-/// for `bf16` and twice that for `plain`, up to 4 GB; beyond, it computes them again.
+/// Memory for gradients: 24 bytes a sample and 10 MiB a thread for `amx_bf16`. `bf16` keeps activations, some 6 KiB a sample
+/// and `plain` twice that, up to 4 GB; beyond, they are computed again.
 ///
 /// Cost of the paper's network on one thread of a busy Xeon of the fifth generation, µs a sample, without and with the
 /// gradient of all samples: 0.65 and 3.4 for `amx_bf16`, 12 and 34 for `plain` if BLAS supports the processor, 40 and 115 if

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -51,7 +52,6 @@ void check(const MlpOptions& o) {
   require(o.warm_up_steps > 0, "warm_up_steps must be above 0", o.warm_up_steps);
   require(o.initial_depth > 0.0, "initial_depth must be above 0, or nothing can grow",
           o.initial_depth);
-  require(o.initial_brightness > 0.0, "initial_brightness must be above 0", o.initial_brightness);
   require(o.refresh_steps > 0, "refresh_steps must be above 0", o.refresh_steps);
 }
 
@@ -100,27 +100,6 @@ int suitable_frequencies(const Box& scene_box_m, double bin_m) {
   // Frequency number l has 2^l periods in the cube.
   const double finest = std::floor(std::log2(side_m / (kFinestPeriod_bins * bin_m)));
   return static_cast<int>(std::clamp(finest + 1.0, 1.0, double{kMost}));
-}
-
-MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor) {
-  check(options);
-  const GridTransform transform = grid_transform(set, options.voxel_size_m);
-  CarvedVoxels carved = options.literal ? voxels_of_box(set.box_m, transform) : carve(set, transform, monitor);
-  const MlpUnits units{set.finest_bin_m(), double{set.bright}, integrator_from_name(options.integrator), options.literal};
-  MlpNetwork network = make_mlp_network(options.shape, cube_around(set.box_m), seed);
-  // A ReLU that is 0 everywhere would stay so. Space therefore begins as fog, with variations by the random weights.
-  for (const MlpLayer& layer : mlp_layers(options.shape)) {
-    if (layer.name == "sigma") network.bias(layer).fill_(options.initial_depth);
-    if (layer.name == "s")
-      network.bias(layer).fill_(options.literal ? options.initial_brightness : std::log(std::expm1(options.initial_brightness)));
-  }
-  if (options.literal) clear_identity(options.shape, network.parameters);
-  if (options.frequencies_until > 0.0) clear_position_frequencies(options.shape, network.parameters, 1);
-  MlpField field(std::move(network), units, transform, std::move(carved));
-  if (!options.literal) field.refresh(-1.0);
-  if (set.ground) field.ground = set.ground->plane;
-  field.resolution = set.resolution;
-  return field;
 }
 
 namespace {
@@ -199,6 +178,89 @@ void MlpField::render_rows(std::span<const RowRequest> rows, const RaySampling& 
     std::copy_n(image.data_ptr<float>(), image.numel(), pixels.begin());
     pixels = pixels.subspan(static_cast<std::size_t>(image.numel()));
   }
+}
+
+int suitable_direction_frequencies(std::span<const PosedImage> images) {
+  constexpr int kMost = 4;  // of the authors' code
+  constexpr double kSame_rad = 1e-3;
+  const double turn = 2.0 * std::numbers::pi;
+  std::vector<double> azimuths;
+  double horizontal = 0.0;  // part of the direction
+  for (const PosedImage& image : images) {
+    azimuths.push_back(image.acquisition.azimuth_rad - turn * std::floor(image.acquisition.azimuth_rad / turn));
+    horizontal = std::max(horizontal, std::sin(image.acquisition.incidence_rad));
+  }
+  std::sort(azimuths.begin(), azimuths.end());
+  azimuths.erase(std::unique(azimuths.begin(), azimuths.end(), [](double a, double b) { return b - a < kSame_rad; }), azimuths.end());
+  const std::size_t n = azimuths.size();
+  std::vector<double> gaps;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double next = azimuths[(k + 1) % n] + (k + 1 == n ? turn : 0.0), previous = azimuths[(k + n - 1) % n] - (k == 0 ? turn : 0.0);
+    gaps.push_back(std::min(std::max(next - azimuths[k], azimuths[k] - previous), std::numbers::pi));
+  }
+  if (gaps.empty()) return kMost;
+  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(n / 2), gaps.end());
+  const double spacing = 2.0 * horizontal * std::sin(0.5 * gaps[n / 2]);
+  return static_cast<int>(std::clamp(std::floor(1.0 - std::log2(spacing)), 0.0, double{kMost}));
+}
+
+namespace {
+
+/// Rows of the images that the fog's brightness is fitted to, and the least one, so that S can grow.
+constexpr std::size_t kRowsOfFit = 64;
+constexpr double kLeastBrightness = 1e-3;
+
+/// Gives the fog the brightness at which its images are nearest to the training images, by least squares: images are linear in S.
+/// Fog that is too bright has a gradient to less extinction everywhere, which Adam follows until the ReLU is 0 everywhere.
+void fit_brightness(MlpField& field, const MlpLayer& head, const TrainingSet& set) {
+  const auto set_brightness = [&](double s) {
+    field.network().bias(head).fill_(field.units().literal ? s : std::log(std::expm1(s)));
+  };
+  std::vector<RowRequest> rows;
+  std::vector<float> truth;
+  const std::vector<PosedImage>& images = set.training_images();
+  for (std::size_t n = 0; n < kRowsOfFit; ++n) {
+    const PosedImage& image = images[n * images.size() / kRowsOfFit];
+    const int row = static_cast<int>(std::fmod(static_cast<double>(n) * std::numbers::phi, 1.0) * image.power.n_azimuth());
+    rows.push_back({image.acquisition, row});
+    for (int j = 0; j < image.power.n_range(); ++j) truth.push_back(image.power(row, j));
+  }
+  RaySampling sampling;
+  sampling.ray_spacing_m = sampling.longest_m = field.voxel_size_m();
+  std::vector<float> dark(truth.size()), bright(truth.size());
+  set_brightness(1e-6);
+  field.render_rows(rows, sampling, dark);
+  set_brightness(1.0);
+  field.render_rows(rows, sampling, bright);
+  double product = 0.0, square = 0.0;
+  for (std::size_t n = 0; n < truth.size(); ++n) {
+    const double by_fog = double{bright[n]} - double{dark[n]};
+    product += by_fog * (double{truth[n]} - double{dark[n]});
+    square += by_fog * by_fog;
+  }
+  if (square > 0.0) set_brightness(std::max(product / square, kLeastBrightness));
+}
+
+}  // namespace
+
+MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor) {
+  check(options);
+  const GridTransform transform = grid_transform(set, options.voxel_size_m);
+  CarvedVoxels carved = options.literal ? voxels_of_box(set.box_m, transform) : carve(set, transform, monitor);
+  const MlpUnits units{set.finest_bin_m(), double{set.bright}, integrator_from_name(options.integrator), options.literal};
+  MlpNetwork network = make_mlp_network(options.shape, cube_around(set.box_m), seed);
+  // A ReLU that is 0 everywhere would stay so. Space therefore begins as fog, with variations by the random weights.
+  const std::vector<MlpLayer> layers = mlp_layers(options.shape);
+  for (const MlpLayer& layer : layers)
+    if (layer.name == "sigma") network.bias(layer).fill_(options.initial_depth);
+  if (options.literal) clear_identity(options.shape, network.parameters);
+  if (options.frequencies_until > 0.0) clear_position_frequencies(options.shape, network.parameters, 1);
+  MlpField field(std::move(network), units, transform, std::move(carved));
+  if (!options.literal) field.refresh(-1.0);
+  if (set.ground) field.ground = set.ground->plane;
+  fit_brightness(field, layers.back(), set);
+  field.resolution = set.resolution;
+  return field;
 }
 
 }  // namespace sarnerf

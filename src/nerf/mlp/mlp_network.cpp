@@ -134,7 +134,7 @@ std::string slow_blas_warning(double gflop_per_s) {
 
 namespace {
 
-/// Samples that LibTorch evaluates at a time where activations are not kept: 100 MB in bf16.
+/// Samples that LibTorch evaluates at a time: 45 MB of activations in bf16.
 constexpr std::int64_t kSamplesAtATime = 8192;
 
 /// [n, 3] of the given type, from vectors of float32.
@@ -162,35 +162,45 @@ torch::Tensor encode(const torch::Tensor& x, int n_frequencies) {
 }
 
 /// Samples for LibTorch, and how it evaluates them. Layers of more than one output are products of numbers of `hidden_type`; the
-/// encoding and the two heads are of the parameters' type.
+/// encoding and the two heads are of the parameters' type. Nothing here is recorded by autograd: a network of dense layers has a
+/// short gradient, and by hand it leaves out samples that have none.
 struct TorchPass : torch::CustomClassHolder {
   MlpShape shape;
   std::vector<MlpLayer> layers;
+  std::vector<torch::Tensor> weight, bias;  ///< of each layer, as its product takes them
   torch::ScalarType hidden_type = torch::kFloat;
   torch::Tensor place;      ///< [n, 3] in [−1, 1]³
   torch::Tensor direction;  ///< [n_rays, encoded_size(L)]
   torch::Tensor ray;        ///< [n], each sample's
 
-  /// Activations that the gradient of a sample needs, roughly.
+  /// Each layer's input [n, n_in], of `hidden_type`.
+  using Inputs = std::vector<torch::Tensor>;
+  bool keeps = false;        ///< whether the forward pass keeps them
+  std::vector<Inputs> kept;  ///< of kSamplesAtATime samples each
+
+  void set_network(const MlpNetwork& network) {
+    shape = network.shape;
+    layers = mlp_layers(shape);
+    for (const MlpLayer& layer : layers) {
+      const auto type = layer.n_out == 1 ? network.parameters.scalar_type() : hidden_type;
+      weight.push_back(network.weight(layer).to(type));
+      bias.push_back(network.bias(layer).to(type));
+    }
+  }
+
   double bytes_of_sample() const {
-    return 2.0 * (shape.depth + 2) * shape.width * static_cast<double>(torch::elementSize(hidden_type));
+    std::int64_t n = 0;
+    for (const MlpLayer& layer : layers) n += layer.n_in;
+    return static_cast<double>(n) * static_cast<double>(torch::elementSize(hidden_type));
   }
 
   /// Of samples at `index` [n].
-  MlpOutput evaluate(const torch::Tensor& parameters, const torch::Tensor& index) const {
-    std::vector<std::int64_t> sizes;
-    for (const MlpLayer& layer : layers) {
-      sizes.push_back(layer.n_in * layer.n_out);
-      sizes.push_back(layer.n_out);
-    }
-    // One split, whose gradient is one concatenation.
-    const std::vector<torch::Tensor> parts = parameters.split_with_sizes(sizes);
-    std::size_t next = 0;
+  MlpOutput evaluate(const torch::Tensor& index, Inputs& inputs) const {
+    inputs.clear();
     const auto affine = [&](const torch::Tensor& x) {
-      const MlpLayer& layer = layers[next];
-      const auto type = layer.n_out == 1 ? parameters.scalar_type() : hidden_type;
-      const torch::Tensor w = parts[2 * next].view({layer.n_out, layer.n_in}).to(type);
-      return torch::addmm(parts[2 * next++ + 1].to(type), x.to(type), w.t());
+      const std::size_t l = inputs.size();
+      inputs.push_back(x);
+      return torch::addmm(bias[l], x.to(weight[l].scalar_type()), weight[l].t());
     };
     const torch::Tensor position = encode(place.index_select(0, index), shape.position_frequencies).to(hidden_type);
     const torch::Tensor towards = direction.index_select(0, ray.index_select(0, index)).to(hidden_type);
@@ -205,37 +215,64 @@ struct TorchPass : torch::CustomClassHolder {
     h = affine(torch::cat({h, towards}, 1)).relu_();
     return {sigma.view(-1), affine(h).view(-1)};
   }
+
+  /// Adds ∂L/∂parameters of samples with these inputs and these derivatives by σ_r and S_r [n] to `gradient`.
+  void add_gradient(const Inputs& inputs, const torch::Tensor& d_sigma, const torch::Tensor& d_s, torch::Tensor& gradient) const {
+    // Adds a layer's, from the derivative by its output; returns that by its input.
+    const auto back = [&](std::size_t l, const torch::Tensor& d_output) {
+      const MlpLayer& layer = layers[l];
+      const torch::Tensor d = d_output.to(weight[l].scalar_type());
+      gradient.narrow(0, layer.weight, layer.n_out * layer.n_in).view({layer.n_out, layer.n_in}) +=
+          d.t().mm(inputs[l].to(d.scalar_type()));
+      gradient.narrow(0, layer.bias, layer.n_out) += d.sum(0, false, gradient.scalar_type());
+      return d.mm(weight[l]).to(hidden_type);
+    };
+    // A ReLU passes on where its result, the last columns of the next layer's input, is above 0.
+    const auto through_relu = [&](std::size_t next, const torch::Tensor& d, std::int64_t width) {
+      const std::int64_t first = inputs[next].size(1) - width;
+      return d.narrow(1, first, width) * (inputs[next].narrow(1, first, width) > 0);
+    };
+    const auto sigma = static_cast<std::size_t>(shape.depth), bottleneck = sigma + 1, towards = sigma + 2, s = sigma + 3;
+    torch::Tensor d = through_relu(s, back(s, d_s.view({-1, 1})), shape.width / 2);
+    d = back(bottleneck, back(towards, d).narrow(1, 0, shape.width));
+    d += back(sigma, d_sigma.view({-1, 1}));
+    for (std::size_t l = sigma; l-- > 0;) d = back(l, through_relu(l + 1, d, shape.width));
+  }
 };
 
-/// A batch whose activations are too large to keep: evaluated a few samples at a time, and again by the backward pass, which
-/// leaves out samples without a gradient.
 struct TorchMlp : torch::autograd::Function<TorchMlp> {
-  static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& parameters,
+  static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor&,
                                                 const c10::intrusive_ptr<TorchPass>& pass) {
     context->saved_data["pass"] = torch::IValue::make_capsule(pass);
-    context->save_for_backward({parameters});
     std::vector<torch::Tensor> sigma, s;
+    TorchPass::Inputs inputs;
     for (const torch::Tensor& some : torch::arange(pass->place.size(0)).split(kSamplesAtATime)) {
-      const MlpOutput out = pass->evaluate(parameters, some);
+      const MlpOutput out = pass->evaluate(some, inputs);
       sigma.push_back(out.sigma_raw);
       s.push_back(out.s_raw);
+      if (pass->keeps) pass->kept.push_back(std::move(inputs));
     }
     return {torch::cat(sigma), torch::cat(s)};
   }
 
+  /// Inputs of layers that were not kept are computed again, for samples that have a gradient.
   static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
                                                  const torch::autograd::variable_list& gradients) {
     const auto pass = c10::static_intrusive_pointer_cast<TorchPass>(context->saved_data["pass"].toCapsule());
-    const torch::Tensor saved = context->get_saved_variables()[0];
-    torch::Tensor gradient = torch::zeros_like(saved);
-    const torch::Tensor active = torch::nonzero((gradients[0] != 0).logical_or(gradients[1] != 0)).view(-1);
-    for (const torch::Tensor& some : active.split(kSamplesAtATime)) {
-      if (some.numel() == 0) continue;
-      const torch::AutoGradMode with_gradients(true);
-      const torch::Tensor parameters = saved.detach().requires_grad_(true);
-      const MlpOutput out = pass->evaluate(parameters, some);
-      gradient += torch::autograd::grad({out.sigma_raw, out.s_raw}, {parameters},
-                                        {gradients[0].index_select(0, some), gradients[1].index_select(0, some)})[0];
+    torch::Tensor gradient = torch::zeros({mlp_parameter_count(pass->shape)}, gradients[0].options());
+    const torch::Tensor active = (gradients[0] != 0).logical_or(gradients[1] != 0);
+    const std::int64_t n_samples = active.size(0);
+    for (std::int64_t first = 0; first < n_samples; first += kSamplesAtATime) {
+      const torch::Tensor mine = torch::nonzero(active.narrow(0, first, std::min(kSamplesAtATime, n_samples - first))).view(-1);
+      if (mine.numel() == 0) continue;
+      TorchPass::Inputs inputs;
+      if (pass->keeps) {
+        for (const torch::Tensor& all : pass->kept[static_cast<std::size_t>(first / kSamplesAtATime)])
+          inputs.push_back(all.index_select(0, mine));
+      } else {
+        pass->evaluate(mine + first, inputs);
+      }
+      pass->add_gradient(inputs, gradients[0].index_select(0, mine + first), gradients[1].index_select(0, mine + first), gradient);
     }
     return {gradient, {}};
   }
@@ -248,9 +285,8 @@ MlpOutput mlp_forward_torch(const MlpNetwork& network, std::span<const glm::vec3
                             torch::ScalarType hidden_type, double most_kept_bytes) {
   const auto type = network.parameters.scalar_type();
   auto pass = c10::make_intrusive<TorchPass>();
-  pass->shape = network.shape;
-  pass->layers = mlp_layers(network.shape);
   pass->hidden_type = hidden_type;
+  pass->set_network(network);
   const glm::vec3 centre(network.box_m.centre()), inverse_half(2.0 / network.box_m.size());
   pass->place = (tensor_of(point_m, type) - tensor_of({&centre, 1}, type)) * tensor_of({&inverse_half, 1}, type);
   pass->direction = encode(tensor_of(ray_direction, type), network.shape.direction_frequencies);
@@ -258,8 +294,7 @@ MlpOutput mlp_forward_torch(const MlpNetwork& network, std::span<const glm::vec3
   auto* ray = pass->ray.data_ptr<std::int64_t>();
   for (std::size_t q = 0; q + 1 < ray_begin.size(); ++q)
     std::fill(ray + ray_begin[q], ray + ray_begin[q + 1], static_cast<std::int64_t>(q));
-  if (torch::GradMode::is_enabled() && pass->bytes_of_sample() * static_cast<double>(point_m.size()) <= most_kept_bytes)
-    return pass->evaluate(network.parameters, torch::arange(pass->place.size(0)));
+  pass->keeps = torch::GradMode::is_enabled() && pass->bytes_of_sample() * static_cast<double>(point_m.size()) <= most_kept_bytes;
   const auto out = TorchMlp::apply(network.parameters, pass);
   return {out[0], out[1]};
 }

@@ -43,7 +43,6 @@ void for_each_network_option(Options& o, Visit&& visit) {
   visit("rate", o.rate);
   visit("warm_up_steps", o.warm_up_steps);
   visit("initial_depth", o.initial_depth);
-  visit("initial_brightness", o.initial_brightness);
 }
 
 /// Those of `mlp` alone.
