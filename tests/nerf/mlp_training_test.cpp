@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learning with the field `mlp`.
 #include <algorithm>
+#include <numbers>
+#include <utility>
+#include <vector>
 
 #include "mlp_cases.h"
 #include "sarnerf/core/error.h"
@@ -96,6 +99,33 @@ TEST_CASE("the first fog is as bright as fits the images") {
     }
     CHECK(product / square == Approx(1.0).epsilon(0.15));
   }
+}
+
+TEST_CASE("views that are far apart see no fine waves of the direction") {
+  std::vector<PosedImage> images;
+  const auto add = [&](double azimuth_deg, double incidence_deg) {
+    PosedImage image;
+    image.acquisition = small_acquisition(azimuth_deg * std::numbers::pi / 180.0);
+    image.acquisition.incidence_rad = incidence_deg * std::numbers::pi / 180.0;
+    images.push_back(image);
+  };
+  CHECK(suitable_direction_frequencies(images) == 4);
+  // Neighbours at 45° differ by 2 sin 45° sin(gap / 2): 1.0, 0.366, 0.185, 0.123. Waves of L are 2^(2 − L) long.
+  const std::pair<int, int> cases[] = {{4, 1}, {12, 2}, {24, 3}, {36, 4}, {360, 4}};
+  for (const auto& [n, expected] : cases) {
+    CAPTURE(n);
+    images.clear();
+    for (int k = 0; k < n; ++k) add(360.0 * k / n - 90.0, 45.0);
+    CHECK(suitable_direction_frequencies(images) == expected);
+    const std::size_t n_views = images.size();
+    for (std::size_t k = 0; k < n_views; ++k) add(360.0 * static_cast<double>(k) / n - 90.0, 43.0);
+    CHECK(suitable_direction_frequencies(images) == expected);  // pitches between do not help
+  }
+  images.clear();
+  for (int k = 0; k < 10; ++k) add(10.0 * k, 45.0);
+  CHECK(suitable_direction_frequencies(images) == 4);  // the empty rest of the circle does not count
+  images.resize(1);
+  CHECK(suitable_direction_frequencies(images) == 0);
 }
 
 TEST_CASE("fine frequencies are learned after coarse ones") {

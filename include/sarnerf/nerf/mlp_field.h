@@ -50,7 +50,8 @@ struct MlpUnits {
 ///
 /// Departures from the paper: `exact` instead of `paper_gated`; S is the softplus of S_r, not S_r itself, which may be
 /// negative; the encoding begins with the point itself and is normalised by a cube around the scene's box, so that its waves
-/// are equally long along all axes; and the number of frequencies follows from the range bin (suitable_frequencies()).
+/// are equally long along all axes; and the number of frequencies follows from the range bin (suitable_frequencies()) and from the
+/// views (suitable_direction_frequencies()).
 ///
 /// **The field `paper`** (`literal`) is the same network with none of these departures: Î = tanh(σ) e^(−Σ σ) S_r with σ =
 /// ReLU(σ_r), the sum inclusive, S_r as the network gives it; its encoding has no more than eq. 27's sines and cosines (the weights

@@ -171,6 +171,7 @@ TrainerOptions default_options(const TrainingSet& set, const std::string& field,
   if (is_seen_from_many_directions(set)) options.grid.harmonics_degree = 2;
   options.mlp.voxel_size_m = bin_m;
   options.mlp.shape.position_frequencies = suitable_frequencies(set.box_m, bin_m);
+  options.mlp.shape.direction_frequencies = suitable_direction_frequencies(set.images);
   options.surface.voxel_size_m = 0.5 * bin_m;
   // At one incidence a bounce can hardly be told from a scatterer nearer to the ground. Where poses are exact, sar_render made the
   // images: it renders single bounces.
