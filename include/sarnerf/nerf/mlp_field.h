@@ -117,9 +117,10 @@ class MlpField : public LearnedField {
 /// least 1, at most the 10 of the authors' code.
 int suitable_frequencies(const Box& scene_box_m, double bin_m);
 
-/// Largest number of the direction's frequencies whose finest wave, of period 2^(2 − L) in the unit vector's components, the views sample
-/// twice: at least 0, at most the 4 of the authors' code. Between views farther apart a finer wave would be free. The sampling is the
-/// median over the views' azimuths of the larger distance to the next one on either side.
+/// Largest number L of the direction's frequencies whose finest wave, of period 2^(2 − L) in the unit vector's components, the views
+/// sample four times: at least 0, at most the 4 of the authors' code. A finer wave would be free between views. (Four times and not twice,
+/// because ReLUs make the second harmonic of a wave.) The sampling is the median over the views' azimuths of the larger distance to the
+/// next one on either side.
 int suitable_direction_frequencies(std::span<const PosedImage> images);
 
 /// A field of fog in all voxels that carving left, as bright as fits the images. Throws UsageError for impossible options.

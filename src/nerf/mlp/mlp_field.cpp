@@ -201,7 +201,7 @@ int suitable_direction_frequencies(std::span<const PosedImage> images) {
   if (gaps.empty()) return kMost;
   std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(n / 2), gaps.end());
   const double spacing = 2.0 * horizontal * std::sin(0.5 * gaps[n / 2]);
-  return static_cast<int>(std::clamp(std::floor(1.0 - std::log2(spacing)), 0.0, double{kMost}));
+  return static_cast<int>(std::clamp(std::floor(-std::log2(spacing)), 0.0, double{kMost}));
 }
 
 namespace {
