@@ -29,6 +29,7 @@ std::string_view name(Arm arm) {
     case Arm::interpolated: return "interpolated";
     case Arm::learned: return "learned";
     case Arm::learned_turned: return "learned+turned";
+    case Arm::corrected: return "corrected";
     case Arm::measured: return "measured";
   }
   return "";
@@ -99,8 +100,13 @@ Box box_of(const Acquisition& a) {
   return scene_box_of_swath(glm::dvec3(0.0), std::span(&view, 1));
 }
 
-/// Views of a field that is learned from the shots: means, without speckle. Shots are too few to find the height of their ground.
-std::vector<PosedImage> learned_views(std::span<const PosedImage> shots, const std::vector<WantedView>& wanted, const GenerationOptions& o,
+/// Views of a field: means, without speckle. Each beside the field's view of the nearest shot, turned as the shot would be.
+struct LearnedViews {
+  std::vector<PosedImage> wanted, of_shots;
+};
+
+/// Of a field that is learned from the shots, which are too few to find the height of their ground.
+LearnedViews learned_views(std::span<const PosedImage> shots, const std::vector<WantedView>& wanted, const GenerationOptions& o,
                                       const FieldContext& context, const Monitor& monitor) {
   use_torch_threads(1);
   GroundRule rule;
@@ -114,12 +120,15 @@ std::vector<PosedImage> learned_views(std::span<const PosedImage> shots, const s
     monitor.check();
     trainer.step(static_cast<double>(step) / static_cast<double>(o.field_steps));
   }
-  std::vector<PosedImage> result;
+  std::vector<PosedImage> at_shots;
+  for (const PosedImage& shot : shots) at_shots.push_back({"", shot.acquisition, render_view(trainer.field(), shot.acquisition)});
+  LearnedViews views;
   for (const WantedView& w : wanted) {
     monitor.check();
-    result.push_back({"", w.acquisition, render_view(trainer.field(), w.acquisition)});
+    views.wanted.push_back({"", w.acquisition, render_view(trainer.field(), w.acquisition)});
+    views.of_shots.push_back(turned(at_shots[w.nearest], w.acquisition));
   }
-  return result;
+  return views;
 }
 
 /// The measured chip nearest to a view in azimuth, of those that may be learned from: no test chip.
@@ -135,13 +144,12 @@ const PosedImage& nearest_chip(const ClassChips& chips, std::span<const std::siz
   return *nearest;
 }
 
-/// The views of an arm from the shots of one class, without Arm::learned_turned. `test`: those of its training chips that are tested.
+/// The views of an arm that needs no field, from the shots of one class. `test`: those of its training chips that are tested.
 std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<const PosedImage> shots, std::span<const std::size_t> test,
-                                 const Options& o, const FieldContext& context, const Monitor& monitor) {
+                                 const Options& o) {
   if (arm == Arm::turned_circle) return turned_through_circle(shots);
   const bool as_shots = arm == Arm::turned || arm == Arm::measured;
   const std::vector<WantedView> wanted = wanted_views(shots, o.generation, as_shots ? std::nullopt : o.generation.depression_deg);
-  if (arm == Arm::learned) return learned_views(shots, wanted, o.generation, context, monitor);
   std::vector<PosedImage> views;
   for (const WantedView& w : wanted) {
     if (arm == Arm::turned || arm == Arm::rescaled) {
@@ -171,25 +179,72 @@ FieldContext field_context(const std::vector<ClassChips>& chips, const Draw& dra
   return {static_cast<std::uint64_t>(100'000 * draw.number + 1000 * draw.n_shots), common_ground_height_m(scenes, box_m).value_or(0.0)};
 }
 
-/// The views of an arm, of all classes.
-LabelledChips views_of_classes(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const Monitor& monitor) {
-  const FieldContext shared = arm == Arm::learned ? field_context(chips, draw) : FieldContext{};
+/// Views of all classes, one class after the other.
+struct ViewsOfClasses {
   std::vector<PosedImage> views;
   std::vector<std::int64_t> labels;
+
+  void add(std::vector<PosedImage> of_class, std::size_t c) {
+    labels.insert(labels.end(), of_class.size(), static_cast<std::int64_t>(c));
+    std::ranges::move(of_class, std::back_inserter(views));
+  }
+
+  LabelledChips chips() const {
+    std::vector<const PosedImage*> pointers;
+    for (const PosedImage& view : views) pointers.push_back(&view);
+    return labelled(pointers, labels);
+  }
+};
+
+/// The views of an arm that needs no field, of all classes.
+LabelledChips views_of_classes(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const Monitor& monitor) {
+  ViewsOfClasses all;
+  for (std::size_t c = 0; c < chips.size(); ++c) {
+    monitor.check();
+    const bool tests_training = o.validate || chips[c].test.empty();
+    const std::span<const std::size_t> test = tests_training ? std::span(draw.test[c]) : std::span<const std::size_t>();
+    all.add(views_of(arm, chips[c], shots_of(chips[c], draw.shots[c]), test, o), c);
+  }
+  return all.chips();
+}
+
+/// Means that the fields of all classes predict: of the wanted views, and of the nearest shots, turned.
+struct LearnedMeans {
+  LabelledChips wanted, of_shots;
+};
+
+LearnedMeans learned_means(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const Monitor& monitor) {
+  const FieldContext shared = field_context(chips, draw);
+  ViewsOfClasses wanted, of_shots;
   for (std::size_t c = 0; c < chips.size(); ++c) {
     monitor.check();
     FieldContext context = shared;
     context.seed += c;
-    const bool tests_training = o.validate || chips[c].test.empty();
-    const std::span<const std::size_t> test = tests_training ? std::span(draw.test[c]) : std::span<const std::size_t>();
-    std::vector<PosedImage> of_class = views_of(arm, chips[c], shots_of(chips[c], draw.shots[c]), test, o, context, monitor);
-    if (arm == Arm::learned) monitor.report(format("fields of draw %d", draw.number), c + 1, chips.size());
-    labels.insert(labels.end(), of_class.size(), static_cast<std::int64_t>(c));
-    std::ranges::move(of_class, std::back_inserter(views));
+    const std::vector<PosedImage> shots = shots_of(chips[c], draw.shots[c]);
+    LearnedViews views = learned_views(shots, wanted_views(shots, o.generation, o.generation.depression_deg), o.generation, context, monitor);
+    wanted.add(std::move(views.wanted), c);
+    of_shots.add(std::move(views.of_shots), c);
+    monitor.report(format("fields of draw %d", draw.number), c + 1, chips.size());
   }
-  std::vector<const PosedImage*> pointers;
-  for (const PosedImage& view : views) pointers.push_back(&view);
-  return labelled(pointers, labels);
+  return {wanted.chips(), of_shots.chips()};
+}
+
+/// The same from a file in `cache`, which is written if it is not there: fields take long.
+LearnedMeans cached_means(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const std::filesystem::path& cache,
+                          const Monitor& monitor) {
+  const auto file = cache / format("%02d_%02d.pt", draw.n_shots, draw.number);
+  if (std::filesystem::exists(file)) {
+    const Archive archive = read_archive(file);
+    const auto chips_of = [&](const char* amplitude) {
+      return LabelledChips{archive.tensor(amplitude, torch::kFloat32, 3, file.string()), archive.tensor("label", torch::kInt64, 1, file.string())};
+    };
+    return {chips_of("amplitude"), chips_of("of_shots")};
+  }
+  LearnedMeans means = learned_means(chips, draw, o, monitor);
+  Archive archive;
+  archive.tensors = {{"amplitude", means.wanted.amplitude}, {"of_shots", means.of_shots.amplitude}, {"label", means.wanted.label}};
+  write_archive(file, archive);
+  return means;
 }
 
 }  // namespace
@@ -258,26 +313,39 @@ LabelledChips with_clutter_of_shots(const LabelledChips& means, const std::vecto
 
 }  // namespace
 
+namespace {
+
+/// Turned shots, times the change from the turned shot to the wanted view that the fields predict: what of a shot no field follows (glints,
+/// speckle) stays. Both means are raised by the field's expected error in the dark, a tenth of the view's clutter (m c in E8).
+LabelledChips corrected(const LabelledChips& turned_shots, const LearnedMeans& means) {
+  constexpr double kError_clutter = 0.1;
+  LabelledChips result{torch::empty_like(turned_shots.amplitude), turned_shots.label};
+  const std::vector<Image<float>> wanted = powers_of(means.wanted);
+  for (std::size_t n = 0; n < wanted.size(); ++n) {
+    const auto index = static_cast<std::int64_t>(n);
+    const auto regions = find_regions(wanted[n]);
+    const torch::Tensor to = means.wanted.amplitude[index].square(), from = means.of_shots.amplitude[index].square();
+    const double error = kError_clutter * (regions ? regions->background_power : to.mean().item<double>());
+    result.amplitude[index] = turned_shots.amplitude[index] * ((to + error) / (from + error).clamp_min(1e-30)).sqrt();
+  }
+  return result;
+}
+
+}  // namespace
+
 LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& o,
                               const std::filesystem::path& cache, const Monitor& monitor) {
   if (arm == Arm::none) return {};
   if (arm == Arm::learned_turned)
     return joined(generated_chips(Arm::learned, chips, draw, o, cache, monitor),
                   generated_chips(Arm::turned, chips, draw, o, cache, monitor));
-  if (arm != Arm::learned) return views_of_classes(arm, chips, draw, o, monitor);
-  // Fields take long: their views are kept, as means. Speckle is added anew.
-  const auto file = cache / format("%02d_%02d.pt", draw.n_shots, draw.number);
-  LabelledChips means;
-  if (std::filesystem::exists(file)) {
-    const Archive archive = read_archive(file);
-    means = {archive.tensor("amplitude", torch::kFloat32, 3, file.string()), archive.tensor("label", torch::kInt64, 1, file.string())};
-  } else {
-    means = views_of_classes(arm, chips, draw, o, monitor);
-    Archive archive;
-    archive.tensors = {{"amplitude", means.amplitude}, {"label", means.label}};
-    write_archive(file, archive);
+  if (arm == Arm::learned)  // means are cached; speckle is added anew
+    return with_clutter_of_shots(cached_means(chips, draw, o, cache, monitor).wanted, chips, draw, o.generation);
+  if (arm == Arm::corrected) {
+    const Arm same_views = o.generation.depression_deg ? Arm::rescaled : Arm::turned;
+    return corrected(views_of_classes(same_views, chips, draw, o, monitor), cached_means(chips, draw, o, cache, monitor));
   }
-  return with_clutter_of_shots(means, chips, draw, o.generation);
+  return views_of_classes(arm, chips, draw, o, monitor);
 }
 
 // Pictures.

@@ -16,7 +16,7 @@ namespace sarnerf::app {
 namespace {
 
 /// Raised whenever the same chips and options would give other cells or other generated chips.
-constexpr int kMethod = 2;
+constexpr int kMethod = 3;
 
 /// Fingerprint of the chips: classes, names, angles and depressions.
 std::string fingerprint_of(const std::vector<ClassChips>& chips) {
@@ -163,7 +163,8 @@ std::string plan_text(const Options& o, const std::vector<ClassChips>& chips) {
   for (const ClassChips& c : chips)
     text += format("  %-16s %4zu chips at %g deg, %4zu at %g deg\n", c.name.c_str(), c.training.size(), o.training_depression_deg,
                    c.test.size(), o.test_depression_deg);
-  const bool learned = std::ranges::any_of(o.arms, [](Arm arm) { return arm == Arm::learned || arm == Arm::learned_turned; });
+  const auto needs_field = [](Arm arm) { return arm == Arm::learned || arm == Arm::learned_turned || arm == Arm::corrected; };
+  const bool learned = std::ranges::any_of(o.arms, needs_field);
   text += format("  cells            %zu: classifiers, arms, shots and %d draws\n", number_of_cells(o), o.n_draws);
   if (learned)
     text += format("  fields           %zu of %lld steps, %s\n", chips.size() * o.shots.size() * static_cast<std::size_t>(o.n_draws),

@@ -36,6 +36,7 @@ enum class Arm {
   interpolated,    ///< the neighbouring shots, turned and averaged
   learned,         ///< views of a field that was learned from the shots, with response and speckle
   learned_turned,  ///< both
+  corrected,       ///< the nearest shot, turned, times the change that the field predicts
   measured,        ///< the measured chips nearest to these azimuths: what generation could reach at most
 };
 std::string_view name(Arm arm);

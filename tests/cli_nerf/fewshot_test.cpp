@@ -177,6 +177,14 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
   CHECK(draw("nearer", {{"--arms", "turned"}, {"--reach", "5.1"}}).generated.at("turned").size() == 3 * 4 * 2);
   CHECK(draw("wide", {{"--arms", "turned"}, {"--reach", "180"}}).generated.at("turned").size() == 3 * (72 - 4));
 
+  // Turned shots, corrected by a field.
+  const sarnerf::DrawFile both = draw("corrected", {{"--arms", "turned,corrected"}});
+  const sarnerf::LabelledChips &turned = both.generated.at("turned"), &corrected = both.generated.at("corrected");
+  REQUIRE(corrected.size() == turned.size());
+  CHECK(torch::equal(corrected.label, turned.label));
+  CHECK_FALSE(torch::allclose(corrected.amplitude, turned.amplitude, 0.1));
+  CHECK(corrected.amplitude.square().mean().item<double>() == Approx(turned.amplitude.square().mean().item<double>()).epsilon(0.3));
+
   const sarnerf::DrawFile validation = draw("validation", {{"--arms", "measured"}, {"--validate", ""}, {"--reach", "180"}});
   const sarnerf::LabelledChips& measured = validation.generated.at("measured");
   CHECK(measured.size() > 0);
