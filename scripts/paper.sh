@@ -63,11 +63,11 @@ revision=$(git -C "$root" rev-parse --short HEAD 2> /dev/null || echo unknown)
 
 solids="cuboid platform_upright platform_inverted"
 views="72 36 24 12"
-test_azimuths=0:359:1
+test_azimuths=0:358:2
 paper_azimuths=0:359:7  # the paper's method takes 20 s a view: what it skips must not change the result
 paper_scoring=1000 paper_turning=260 paper_extracting=400
 mlp_time=600 paper_time=3600
-mlp_scoring=420
+mlp_scoring=180
 training_pitches=35:55:2
 even_pitches="36 38 40 42 44 46 48 50 52 54"
 far_pitches="30 60"

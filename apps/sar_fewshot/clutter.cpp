@@ -54,20 +54,25 @@ TargetAndBackground separated(const Image<float>& power) {
   return result;
 }
 
-/// The target and the shadow of one chip on the background of another one, which is scaled to the first one's power. Where the other chip
-/// has its own target there is background of its edge, half a chip away.
+/// The background of a chip. Where its target and its shadow are, that of the edge, half a chip away.
+Image<float> background_of(const TargetAndBackground& chip) {
+  const Image<float>& power = *chip.power;
+  Image<float> result = power;
+  for (int i = 0; i < power.n_azimuth(); ++i)
+    for (int j = 0; j < power.n_range(); ++j)
+      if (chip.kept(i, j) != 0)
+        result(i, j) = power((i + power.n_azimuth() / 2) % power.n_azimuth(), (j + power.n_range() / 2) % power.n_range());
+  return result;
+}
+
+/// The target and the shadow of one chip on the background of another one, which is scaled to the first one's power.
 Image<float> on_background_of(const TargetAndBackground& target, const TargetAndBackground& donor) {
   Image<float> result = *target.power;
-  const Image<float>& other = *donor.power;
+  const Image<float> background = background_of(donor);
   const auto gain = static_cast<float>(target.background_power / donor.background_power);
   for (int i = 0; i < result.n_azimuth(); ++i)
-    for (int j = 0; j < result.n_range(); ++j) {
-      if (target.kept(i, j) != 0) continue;
-      const bool from_here = donor.kept(i, j) == 0;
-      const int from_i = from_here ? i : (i + other.n_azimuth() / 2) % other.n_azimuth();
-      const int from_j = from_here ? j : (j + other.n_range() / 2) % other.n_range();
-      result(i, j) = gain * other(from_i, from_j);
-    }
+    for (int j = 0; j < result.n_range(); ++j)
+      if (target.kept(i, j) == 0) result(i, j) = gain * background(i, j);
   return result;
 }
 
@@ -89,6 +94,15 @@ std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::s
 }
 
 }  // namespace
+
+Image<float> relative_background(const Image<float>& power) {
+  Image<float> background = background_of(separated(power));
+  double sum = 0.0;
+  for (const float p : background.pixels()) sum += double{p};
+  const auto scale = static_cast<float>(static_cast<double>(background.pixels().size()) / std::max(sum, 1e-300));
+  for (float& p : background.pixels()) p *= scale;
+  return background;
+}
 
 void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
   std::vector<std::int64_t> labels;

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
+#include <random>
 #include <utility>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/image_analysis.h"
-#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/evaluation/baseline.h"
-#include "sarnerf/formation/clutter.h"
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/trainer.h"
 #include "study.h"
@@ -261,54 +261,60 @@ std::vector<Image<float>> powers_of(const LabelledChips& chips) {
 
 namespace {
 
-/// Means with speckle, of another seed for each chip, on what is no brighter than the view's clutter (or `usual_power`, where it has no
-/// background); or on everything.
-LabelledChips with_speckle(const LabelledChips& means, const ClutterModel& model, double usual_power, Acquisition view, int draw,
-                           Speckle speckle) {
-  view.n_azimuth = view.n_range = kStoredSide;
-  std::vector<Image<float>> powers = powers_of(means);
-  LabelledChips result{torch::empty_like(means.amplitude), means.label};
-  parallel_for(static_cast<std::size_t>(result.size()), 1, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t n = begin; n < end; ++n) {
-      ClutterModel clutter = model;
-      clutter.radar.seed = static_cast<std::uint64_t>(1'000'000 * (draw + 1)) + n;
-      Image<float>& power = powers[n];
-      double most_power = std::numeric_limits<double>::infinity();
-      if (speckle == Speckle::clutter) {
-        const auto regions = find_regions(power);
-        most_power = regions ? regions->background_power : usual_power;
-      }
-      multiply_by_clutter(power, clutter, view, most_power);
-      float* pixel = result.amplitude.data_ptr<float>() + n * power.pixels().size();
-      for (const float p : power.pixels()) *pixel++ = std::sqrt(p);
-    }
-  });
+/// The background of an image of kStoredSide pixels in one of four orientations: mirrored along track, in range, both, or not.
+Image<float> mirrored(const Image<float>& image, bool along_track, bool in_range) {
+  Image<float> result = image;
+  for (int i = 0; i < image.n_azimuth(); ++i)
+    for (int j = 0; j < image.n_range(); ++j)
+      result(i, j) = image(along_track ? image.n_azimuth() - 1 - i : i, in_range ? image.n_range() - 1 - j : j);
   return result;
 }
 
-/// Means with the looks, the texture and the response of the clutter of all shots of a draw, unless learned views are to have no speckle.
-/// The ground that was learned has some texture of its own: what both have together is measured, and the excess left out.
-LabelledChips with_clutter_of_shots(const LabelledChips& means, const std::vector<ClassChips>& chips, const Draw& draw,
-                                    const GenerationOptions& o) {
+/// Means with the clutter of shots themselves, unless learned views are to have no speckle: each chip has the background of one or several (`looks_factor`) shots of its class, chosen
+/// and mirrored at random, relative to its mean. Texture that the field has there itself is left out: it would count twice. Of target and
+/// shadow only the part of the power up to the view's clutter fluctuates (Rice, with phases of its own).
+LabelledChips with_background_of_shots(const LabelledChips& means, const std::vector<ClassChips>& chips, const Draw& draw,
+                                       const GenerationOptions& o) {
   if (o.speckle == Speckle::none) return means;
-  std::vector<Image<float>> powers;
-  for (std::size_t c = 0; c < chips.size(); ++c)
-    for (const std::size_t n : draw.shots[c]) powers.push_back(chips[c].training[n].power);
-  const Acquisition& view = chips.front().training.front().acquisition;
-  std::optional<ClutterModel> model = fitted_clutter(powers, o.window, view.azimuth_spacing_m, view.range_spacing_m);
-  if (!model) return means;
-  std::vector<double> backgrounds;
-  for (const Image<float>& power : powers)
-    if (const auto regions = find_regions(power)) backgrounds.push_back(regions->background_power);
-  const double usual_power = backgrounds.empty() ? std::numeric_limits<double>::infinity() : median(backgrounds);
-  const auto speckled = [&] { return with_speckle(means, *model, usual_power, view, draw.number, o.speckle); };
-  if (model->texture_variance > 0.0) {
-    const auto wanted = clutter_statistics(powers), found = clutter_statistics(powers_of(speckled()));
-    if (found)
-      model->texture_variance = std::max(0.0, (1.0 + model->texture_variance) * (1.0 + 1.0 / wanted->looks) / (1.0 + 1.0 / found->looks) - 1.0);
+  std::vector<std::vector<Image<float>>> backgrounds;
+  for (std::size_t c = 0; c < chips.size(); ++c) {
+    std::vector<PosedImage> of_class = shots_of(chips[c], draw.shots[c]);
+    for (PosedImage& shot : of_class) shot.power = relative_background(shot.power);
+    std::vector<const PosedImage*> pointers;
+    for (const PosedImage& shot : of_class) pointers.push_back(&shot);
+    backgrounds.push_back(powers_of(labelled(pointers, std::vector<std::int64_t>(pointers.size()))));
   }
-  model->radar.looks *= o.looks_factor;
-  return speckled();
+  std::mt19937_64 random(static_cast<std::uint64_t>(1'000'000 * (draw.number + 1)));
+  const auto up_to = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
+  std::vector<Image<float>> powers = powers_of(means);
+  LabelledChips result{torch::empty_like(means.amplitude), means.label};
+  const auto n_added = static_cast<int>(std::lround(std::max(1.0, o.looks_factor)));
+  for (std::size_t n = 0; n < powers.size(); ++n) {
+    const auto& of_class = backgrounds[static_cast<std::size_t>(means.label[static_cast<std::int64_t>(n)].item<std::int64_t>())];
+    Image<float> clutter(kStoredSide, kStoredSide);
+    for (int k = 0; k < n_added; ++k) {
+      const Image<float>& chosen = of_class[up_to(of_class.size())];
+      const Image<float> added = mirrored(chosen, up_to(2) == 1, up_to(2) == 1);
+      for (std::size_t p = 0; p < added.pixels().size(); ++p) clutter.pixels()[p] += added.pixels()[p] / static_cast<float>(n_added);
+    }
+    const auto regions = find_regions(powers[n]);
+    double level = std::numeric_limits<double>::infinity();
+    if (regions) {
+      double sum = 0.0, n_pixels = 0.0;
+      for (std::size_t p = 0; p < clutter.pixels().size(); ++p)
+        if (regions->background.pixels()[p] != 0) sum += double{powers[n].pixels()[p]}, n_pixels += 1.0;
+      level = n_pixels > 0.0 ? sum / n_pixels : regions->background_power;
+    }
+    std::uniform_real_distribution<double> phase(0.0, 2.0 * kPi);
+    float* const amplitude = result.amplitude.data_ptr<float>() + n * clutter.pixels().size();
+    for (std::size_t p = 0; p < clutter.pixels().size(); ++p) {
+      const bool is_background = regions && regions->background.pixels()[p] != 0;
+      const double mean = is_background ? level : double{powers[n].pixels()[p]}, fluctuating = std::min(mean, level);
+      const double steady_amplitude = std::sqrt(mean - fluctuating), speckle_amplitude = std::sqrt(fluctuating * double{clutter.pixels()[p]});
+      amplitude[p] = static_cast<float>(std::abs(std::polar(speckle_amplitude, phase(random)) + steady_amplitude));
+    }
+  }
+  return result;
 }
 
 }  // namespace
@@ -339,8 +345,8 @@ LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, con
   if (arm == Arm::learned_turned)
     return joined(generated_chips(Arm::learned, chips, draw, o, cache, monitor),
                   generated_chips(Arm::turned, chips, draw, o, cache, monitor));
-  if (arm == Arm::learned)  // means are cached; speckle is added anew
-    return with_clutter_of_shots(cached_means(chips, draw, o, cache, monitor).wanted, chips, draw, o.generation);
+  if (arm == Arm::learned)  // means are cached, clutter is not
+    return with_background_of_shots(cached_means(chips, draw, o, cache, monitor).wanted, chips, draw, o.generation);
   if (arm == Arm::corrected) {
     const Arm same_views = o.generation.depression_deg ? Arm::rescaled : Arm::turned;
     return corrected(views_of_classes(same_views, chips, draw, o, monitor), cached_means(chips, draw, o, cache, monitor));

@@ -134,10 +134,8 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
               "Depression of rescaled, interpolated and learned chips; default: that of the shots");
   command.add("--field", o.generation.field, one_of<std::string>({{"grid", "grid"}, {"surface", "surface"}}), "Field that is learned from the shots: grid or surface (five times as long)");
   command.add("--field-steps", o.generation.field_steps, whole("N", 1, 1'000'000), "Steps of its training");
-  command.add("--speckle", o.generation.speckle, one_of<Speckle>({{"clutter", Speckle::clutter}, {"all", Speckle::all}, {"off", Speckle::none}}),
-              "What of learned views gets the speckle of the shots' clutter: what is no brighter than clutter, everything, or nothing");
-  command.add("--window", o.generation.window, made_by("NAME", [](const std::string& name) { return window_from_text(name); }, "taylor:-35,4"),
-              "Window of the chips' impulse response, as for sar_render; its width is estimated");
+  command.add("--speckle", o.generation.speckle, one_of<Speckle>({{"shots", Speckle::shots}, {"off", Speckle::none}}),
+              "Clutter of learned views: the backgrounds of shots of the class, mirrored at random, or none");
 
   command.begin_group("Output");
   command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder of the study; default FOLDER_fewshot");

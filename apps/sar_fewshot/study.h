@@ -41,11 +41,10 @@ enum class Arm {
 };
 std::string_view name(Arm arm);
 
-/// What of a learned view fluctuates.
+/// What the clutter of a learned view is.
 enum class Speckle {
-  none,     ///< nothing: the mean
-  clutter,  ///< what is no brighter than the view's clutter
-  all,      ///< everything, as sar_render has it
+  none,   ///< its mean
+  shots,  ///< the background of a shot
 };
 
 /// What is generated, and how. The same for all classes and draws.
@@ -56,9 +55,8 @@ struct GenerationOptions {
   Interpolation interpolation = Interpolation::rotated_linear;
   std::string field = "grid";
   std::int64_t field_steps = 200;
-  Speckle speckle = Speckle::clutter;  ///< of the shots' clutter, on learned views
-  Window window{Window::Kind::taylor};  ///< of the radar; looks and resolution are estimated
-  double looks_factor = 1.0;            ///< looks of learned views over those that are estimated
+  Speckle speckle = Speckle::shots;
+  double looks_factor = 1.0;  ///< looks of learned views over those of shots; rounded to a whole number
 };
 
 /// What the user asked for.
@@ -146,6 +144,9 @@ LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const
 
 /// Power of the stored pixels.
 std::vector<Image<float>> powers_of(const LabelledChips& chips);
+
+/// The background of a chip over its mean, everywhere: where its target and its shadow are, it is that of the chip's edge.
+Image<float> relative_background(const Image<float>& power);
 
 /// Fills `within` and `across`: the test chips, with targets and shadows on the backgrounds of other test chips of the same class (a
 /// control: whatever this costs is the exchange's own fault) and of other classes. Targets and shadows are regions of find_regions() around

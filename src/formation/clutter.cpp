@@ -138,27 +138,18 @@ void multiply_by_texture(Image<float>& reflectivity, const ClutterModel& clutter
   for (float& p : reflectivity.pixels()) p = static_cast<float>(double{p} * tau(random));
 }
 
-void multiply_by_clutter(Image<float>& mean_power, const ClutterModel& clutter, const Acquisition& acquisition, double most_power) {
+void multiply_by_clutter(Image<float>& mean_power, const ClutterModel& clutter, const Acquisition& acquisition) {
   if (!clutter.radar.speckle()) return;
   const Border border = border_of(impulse_response(clutter.radar, acquisition.azimuth_spacing_m, acquisition.range_spacing_m),
                                   acquisition.n_azimuth, acquisition.n_range);
   const Acquisition wide = widened(acquisition, border);
   ImageFormation without_noise = clutter.radar;
   without_noise.nesz_db.reset();
-  // What does not fluctuate, relative to what does.
-  Image<float> steady(wide.n_azimuth, wide.n_range);
-  for (int i = 0; i < mean_power.n_azimuth(); ++i)
-    for (int j = 0; j < mean_power.n_range(); ++j)
-      if (const double p = double{mean_power(i, j)}; p > most_power)
-        steady(i + border.azimuth, j + border.range) = static_cast<float>((p - most_power) / most_power);
   Image<float> factor(wide.n_azimuth, wide.n_range, 1.0f);
   multiply_by_texture(factor, clutter, wide);
-  form_image(factor, without_noise, wide, 0.0, {}, &steady);
+  form_image(factor, without_noise, wide, 0.0);
   factor = without_border(std::move(factor), border);
-  for (std::size_t n = 0; n < factor.pixels().size(); ++n) {
-    float& p = mean_power.pixels()[n];
-    p = static_cast<float>(std::min(double{p}, most_power)) * factor.pixels()[n];
-  }
+  for (std::size_t n = 0; n < factor.pixels().size(); ++n) mean_power.pixels()[n] *= factor.pixels()[n];
 }
 
 }  // namespace sarnerf

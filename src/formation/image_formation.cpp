@@ -124,10 +124,10 @@ struct NoiseGains {
   std::vector<double> of_bin, of_row;
 };
 
-/// Replaces mean power by Σ_m a_m |√steady + h ⊛ (√β⁰ w_m) + n_m|². `noise_power` holds one value per range bin; empty:
-/// no noise. No `steady`: 0.
+/// Replaces mean power by Σ_m a_m |h ⊛ (√β⁰ w_m) + n_m|². `noise_power` holds one value per range bin; empty:
+/// no noise.
 void apply_speckle(Image<float>& beta0, const ImpulseResponse& response, std::span<const double> look_weights,
-                   std::span<const double> noise_power, const Image<float>* steady, const WhiteNoise& random, const Monitor& monitor) {
+                   std::span<const double> noise_power, const WhiteNoise& random, const Monitor& monitor) {
   const int n_azimuth = beta0.n_azimuth(), n_range = beta0.n_range();
   const bool noisy = !noise_power.empty();
   const auto width = static_cast<std::size_t>(n_range);
@@ -160,7 +160,6 @@ void apply_speckle(Image<float>& beta0, const ImpulseResponse& response, std::sp
             row.imaginary[j] += gains.of_row[n] * noise_row.imaginary[j];
           }
         }
-        for (std::size_t j = 0; steady != nullptr && j < width; ++j) row.real[j] += std::sqrt(double{steady->row(i)[j]});
         const std::span<double> sum = power.row(i);
         for (std::size_t j = 0; j < width; ++j) {
           sum[j] += look_weights[m] *
@@ -236,7 +235,7 @@ std::vector<double> look_weights(double looks) {
 }
 
 int form_image(Image<float>& beta0, const ImageFormation& formation, const Acquisition& acquisition,
-               double reference_height_m, const Monitor& monitor, const Image<float>* steady) {
+               double reference_height_m, const Monitor& monitor) {
   if (!formation.any()) return 0;
   if (beta0.n_azimuth() != acquisition.n_azimuth || beta0.n_range() != acquisition.n_range) {
     throw UsageError("image formation: expected an image of the acquisition's " +
@@ -253,7 +252,7 @@ int form_image(Image<float>& beta0, const ImageFormation& formation, const Acqui
   if (formation.speckle()) {
     const WhiteNoise random =
         WhiteNoise(formation.seed).stream(acquisition.azimuth_rad).stream(acquisition.incidence_rad);
-    apply_speckle(beta0, response, look_weights(formation.looks), noise, steady, random, monitor);
+    apply_speckle(beta0, response, look_weights(formation.looks), noise, random, monitor);
   } else {
     if (formation.resolution_m) convolve_power(beta0, response, monitor);
     for (int i = 0; i < beta0.n_azimuth() && !noise.empty(); ++i) {

@@ -83,20 +83,6 @@ TEST_CASE("speckle put on a mean is that of a measured image", "[clutter]") {
   CHECK(sum / (8 * 256) == Approx(3.0).epsilon(0.1));
 }
 
-TEST_CASE("what is brighter than clutter fluctuates as Rice has it", "[clutter]") {
-  // Power 10, of which 1 is clutter of one look: mean 10, variance 2 · 9 · 1 + 1². Of four looks, a quarter of that.
-  for (const double looks : {1.0, 4.0}) {
-    double n = 0.0, sum = 0.0, squares = 0.0;
-    for (std::uint64_t seed = 0; seed < 8; ++seed) {
-      Image<float> image(128, 128, 10.0f);
-      multiply_by_clutter(image, {radar(looks, 0.3, 0.3, seed)}, view_of(73.0, 1000.0, 128, 128, 0.2), 1.0);
-      for (const float p : image.pixels()) n += 1.0, sum += double{p}, squares += double{p} * double{p};
-    }
-    CHECK(sum / n == Approx(10.0).epsilon(0.01));
-    CHECK(squares / n - sum * sum / (n * n) == Approx(19.0 / looks).epsilon(0.05));
-  }
-}
-
 TEST_CASE("clutter of independent pixels has no resolution, and black images no clutter", "[clutter]") {
   std::vector<Image<float>> images;
   for (std::uint64_t n = 0; n < 8; ++n) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <optional>
 #include <span>
 
@@ -51,10 +50,6 @@ void multiply_by_texture(Image<float>& reflectivity, const ClutterModel& clutter
 /// Puts speckle and texture on an image of mean power that has the radar's impulse response already: multiplies it by the image that the
 /// radar makes of clutter of power 1 (F5 without noise). Where the mean reflectivity without response is known, multiply_by_texture()
 /// and form_image() do the same exactly, sharp edges included. Throws and costs as form_image().
-///
-/// Only the part of a pixel's power P up to c = `most_power` fluctuates: |√(P − c) + √c g|², g the radar's complex image of that clutter
-/// (Rice 1944). Scatterers of a vehicle are few and bright, and do not fluctuate as the many of a clutter cell do. Infinite: all of it.
-void multiply_by_clutter(Image<float>& mean_power, const ClutterModel& clutter, const Acquisition& acquisition,
-                         double most_power = std::numeric_limits<double>::infinity());
+void multiply_by_clutter(Image<float>& mean_power, const ClutterModel& clutter, const Acquisition& acquisition);
 
 }  // namespace sarnerf

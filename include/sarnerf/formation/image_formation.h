@@ -47,9 +47,8 @@ std::vector<double> look_weights(double looks);
 /// measures it:
 ///
 ///     without speckle   |h|² ⊛ β⁰ + N_j
-///     with speckle      Σ_m a_m |√s + h ⊛ (√β⁰ w_m) + n_m|²,   w_m white complex Gaussian of unit variance
+///     with speckle      Σ_m a_m |h ⊛ (√β⁰ w_m) + n_m|²,   w_m white complex Gaussian of unit variance
 ///
-/// s, `steady`, is power of each pixel that does not fluctuate (Rice 1944), after the response; it counts under speckle only.
 /// N_j = NESZ / sin θ_j is the noise power, n_m noise of that power after the same filter, and
 /// cos θ_j = H / r_j with H the radar's height above `reference_height_m` (world). Scatterers lie at the
 /// centres of their pixels. No power enters from beyond the image's borders, and power that leaks out is lost;
@@ -64,7 +63,7 @@ std::vector<double> look_weights(double looks);
 /// look with speckle, and as much again for noise. Pixels and rows of no power are skipped. Memory: see
 /// formation_bytes_per_pixel. Nothing is computed or allocated when `formation.any()` is false.
 int form_image(Image<float>& beta0, const ImageFormation& formation, const Acquisition& acquisition,
-               double reference_height_m, const Monitor& monitor = {}, const Image<float>* steady = nullptr);
+               double reference_height_m, const Monitor& monitor = {});
 
 /// Bytes per pixel that form_image allocates beside the image.
 std::uint64_t formation_bytes_per_pixel(const ImageFormation& formation);
