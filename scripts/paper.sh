@@ -8,7 +8,7 @@ usage() {
 Usage: scripts/paper.sh [--quick] [--only solids|chips] [--seconds N] [--chips FOLDER] [--import OPTIONS] [--lpips FILE] [--long]
          [--recorded] [--publish] [OUT]
 Renders, learns, extracts and scores what the paper shows, and writes OUT/paper.md and OUT/paper.html (one file). What is in OUT is
-not made again: an interrupted run goes on where it stopped. About seven hours on two cores, five and a half with --recorded.
+not made again: an interrupted run goes on where it stopped. About six hours on two cores, three and a half with --recorded.
   --quick           fewer views and short trainings, in about ten minutes: to see what there is, not to quote
   --only PART       solids: Figs. 7 to 13 and Table 1; chips: Table 2 and Figs. 14 to 16
   --seconds N       no training longer than so; the page says it
