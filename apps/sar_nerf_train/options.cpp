@@ -203,7 +203,6 @@ constexpr Limits kLimits[] = {
     {"final_softness_bins", 1e-6, 1e3},
     {"shape_until", 1e-3, 1},
     {"anneal_until", 1e-3, 1},
-    {"frequencies_until", 0, 1},
     {"redistance_steps", 1, 1e9},
     {"refresh_steps", 1, 1e9},
     {"ray_spacing", 1e-2, 1e2},

@@ -128,28 +128,6 @@ TEST_CASE("views that are far apart see no fine waves of the direction") {
   CHECK(suitable_direction_frequencies(images) == 0);
 }
 
-TEST_CASE("fine frequencies are learned after coarse ones") {
-  const TrainingSet set = small_set();
-  TrainerOptions options = small_mlp_options(set);
-  options.mlp.frequencies_until = 0.5;
-  options.mlp.shape.position_frequencies = 3;
-  Trainer trainer(set, options);
-  const MlpShape& shape = options.mlp.shape;
-  const auto is_clear_from = [&](int first) {
-    const torch::Tensor all = dynamic_cast<const MlpField&>(trainer.field()).network().parameters.detach();
-    torch::Tensor cleared = all.clone();
-    clear_position_frequencies(shape, cleared, first);
-    return torch::equal(all, cleared);
-  };
-  CHECK(is_clear_from(1));
-  const std::pair<double, int> stages[] = {{0.1, 1}, {0.3, 2}, {0.6, 3}};  // a progress, and the frequencies that are learned by then
-  for (const auto& [progress, n_learned] : stages) {
-    for (int n = 0; n < 3; ++n) trainer.step(progress);
-    CHECK(is_clear_from(n_learned));
-    CHECK_FALSE(is_clear_from(n_learned - 1));
-  }
-}
-
 TEST_CASE("an absurd learning rate of the network is noticed") {
   const TrainingSet set = small_set();
   TrainerOptions options = small_mlp_options(set);

@@ -24,9 +24,6 @@ struct MlpOptions {
   double prune_depth =
       0.02;                ///< voxels are not sampled if they and their neighbours have less two-way depth
   int refresh_steps = 20;  ///< steps between two refreshes of the occupancy grid
-  /// The position's frequencies are learned one after the other, the coarsest first, and all of them from this progress on; 0: from the
-  /// start (Yang et al. 2023 for few views). Weights of frequencies whose turn has not come are 0.
-  double frequencies_until = 0.0;
   std::string integrator = "exact";  ///< or "paper-gated"
   bool literal = false;              ///< the field `paper` (MlpUnits::literal); then nothing is carved nor removed
 };

@@ -73,9 +73,6 @@ MlpNetwork make_mlp_network(const MlpShape& shape, const Box& box_m, std::uint64
 /// cosines alone.
 void clear_identity(const MlpShape& shape, const torch::Tensor& of_parameters);
 
-/// The same for the position's frequencies from number `first` (from 0) on.
-void clear_position_frequencies(const MlpShape& shape, const torch::Tensor& of_parameters, int first);
-
 /// [n_samples] each, of the parameters' type.
 struct MlpOutput {
   torch::Tensor sigma_raw;  ///< σ_r

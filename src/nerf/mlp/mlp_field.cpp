@@ -254,7 +254,6 @@ MlpField initial_mlp_field(const TrainingSet& set, const MlpOptions& options, st
   for (const MlpLayer& layer : layers)
     if (layer.name == "sigma") network.bias(layer).fill_(options.initial_depth);
   if (options.literal) clear_identity(options.shape, network.parameters);
-  if (options.frequencies_until > 0.0) clear_position_frequencies(options.shape, network.parameters, 1);
   MlpField field(std::move(network), units, transform, std::move(carved));
   if (!options.literal) field.refresh(-1.0);
   if (set.ground) field.ground = set.ground->plane;

@@ -67,11 +67,8 @@ std::int64_t mlp_parameter_count(const MlpShape& shape) {
   return last.bias + last.n_out;
 }
 
-namespace {
-
-/// Calls visit(weights [n_out, n_in], first column of the encoded vector, whether that is the direction) for the layers that see one.
-template <class Visit>
-void for_each_encoded_input(const MlpShape& shape, const torch::Tensor& of_parameters, Visit&& visit) {
+void clear_identity(const MlpShape& shape, const torch::Tensor& of_parameters) {
+  const torch::NoGradGuard no_grad;
   const int position = encoded_size(shape.position_frequencies);
   bool first = true;
   for (const MlpLayer& layer : mlp_layers(shape)) {
@@ -79,24 +76,9 @@ void for_each_encoded_input(const MlpShape& shape, const torch::Tensor& of_param
     const bool sees_direction = layer.name == "direction" && shape.direction_frequencies >= 0;
     first = false;
     if (!sees_position && !sees_direction) continue;
-    visit(of_parameters.narrow(0, layer.weight, layer.n_in * layer.n_out).view({layer.n_out, layer.n_in}),
-          sees_direction ? shape.width : 0, sees_direction);
+    const int column = sees_direction ? shape.width : 0;  // of the encoded vector
+    of_parameters.narrow(0, layer.weight, layer.n_in * layer.n_out).view({layer.n_out, layer.n_in}).narrow(1, column, 3).zero_();
   }
-}
-
-}  // namespace
-
-void clear_identity(const MlpShape& shape, const torch::Tensor& of_parameters) {
-  const torch::NoGradGuard no_grad;
-  for_each_encoded_input(shape, of_parameters, [](const torch::Tensor& w, int column, bool) { w.narrow(1, column, 3).zero_(); });
-}
-
-void clear_position_frequencies(const MlpShape& shape, const torch::Tensor& of_parameters, int first) {
-  const torch::NoGradGuard no_grad;
-  const int from = encoded_size(first), to = encoded_size(shape.position_frequencies);
-  for_each_encoded_input(shape, of_parameters, [&](const torch::Tensor& w, int column, bool is_direction) {
-    if (!is_direction && from < to) w.narrow(1, column + from, to - from).zero_();
-  });
 }
 
 namespace {

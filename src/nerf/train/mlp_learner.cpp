@@ -32,7 +32,6 @@ class MlpLearner : public FieldLearner {
   MlpField field_;
   std::unique_ptr<torch::optim::Adam> adam_;
   std::int64_t steps_since_refresh_ = 0;
-  double progress_ = 0.0;
 };
 
 MlpLearner::MlpLearner(const TrainingSet& set, const MlpOptions& options, std::uint64_t seed, const Monitor& monitor)
@@ -51,8 +50,7 @@ torch::optim::AdamParamState* MlpLearner::moments() const {
   return static_cast<torch::optim::AdamParamState*>(adam_->state().begin()->second.get());
 }
 
-bool MlpLearner::adapt(double progress, std::int64_t) {
-  progress_ = progress;
+bool MlpLearner::adapt(double, std::int64_t) {
   if (options_.literal) return false;
   if (steps_since_refresh_ < options_.refresh_steps) return false;
   steps_since_refresh_ = 0;
@@ -76,10 +74,6 @@ void MlpLearner::minimise(const torch::Tensor& pixels, const torch::Tensor& grad
   adam_->zero_grad();
   torch::autograd::backward({pixels}, {gradient});
   if (options_.literal) clear_identity(options_.shape, field_.parameters()[0].grad());
-  if (progress_ < options_.frequencies_until) {
-    const int n_learned = 1 + static_cast<int>(progress_ / options_.frequencies_until * (options_.shape.position_frequencies - 1));
-    clear_position_frequencies(options_.shape, field_.parameters()[0].grad(), n_learned);
-  }
   adam_->step();
   ++steps_since_refresh_;
 }

@@ -50,7 +50,6 @@ template <class Options, class Visit>
 void for_each_mlp_option(Options& o, Visit&& visit) {
   visit("prune_depth", o.prune_depth);
   visit("refresh_steps", o.refresh_steps);
-  visit("frequencies_until", o.frequencies_until);
   visit("integrator", o.integrator);
 }
 
