@@ -190,7 +190,7 @@ std::string clutter_text(const Options& o, const std::vector<ClassChips>& chips,
   const Draw draw = draw_shots(chips, *std::ranges::max_element(o.shots), 0, o.validate);
   const LabelledChips measured = generated_chips(Arm::measured, chips, draw, o, cache, monitor);
   GenerationOptions more_looks = o.generation;
-  more_looks.looks_factor = 2.0;
+  more_looks.n_backgrounds = 2;
   Options doubled = o;
   doubled.generation = more_looks;
   const LabelledChips learned = generated_chips(Arm::learned, chips, draw, o, cache, monitor),

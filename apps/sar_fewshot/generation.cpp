@@ -107,7 +107,7 @@ struct LearnedViews {
 
 /// Of a field that is learned from the shots, which are too few to find the height of their ground.
 LearnedViews learned_views(std::span<const PosedImage> shots, const std::vector<WantedView>& wanted, const GenerationOptions& o,
-                                      const FieldContext& context, const Monitor& monitor) {
+                           const FieldContext& context, const Monitor& monitor) {
   use_torch_threads(1);
   GroundRule rule;
   rule.least_views = 2;
@@ -261,7 +261,6 @@ std::vector<Image<float>> powers_of(const LabelledChips& chips) {
 
 namespace {
 
-/// The background of an image of kStoredSide pixels in one of four orientations: mirrored along track, in range, both, or not.
 Image<float> mirrored(const Image<float>& image, bool along_track, bool in_range) {
   Image<float> result = image;
   for (int i = 0; i < image.n_azimuth(); ++i)
@@ -270,56 +269,59 @@ Image<float> mirrored(const Image<float>& image, bool along_track, bool in_range
   return result;
 }
 
-/// Means with the clutter of shots themselves, unless learned views are to have no speckle: each chip has the background of one or several (`looks_factor`) shots of its class, chosen
-/// and mirrored at random, relative to its mean. Texture that the field has there itself is left out: it would count twice. Of target and
-/// shadow only the part of the power up to the view's clutter fluctuates (Rice, with phases of its own).
+/// Mean power of a view's background.
+double clutter_level(const Image<float>& power, const Regions& regions) {
+  double sum = 0.0, n_pixels = 0.0;
+  for (std::size_t p = 0; p < power.pixels().size(); ++p)
+    if (regions.background.pixels()[p] != 0) sum += double{power.pixels()[p]}, n_pixels += 1.0;
+  return n_pixels > 0.0 ? sum / n_pixels : regions.background_power;
+}
+
+/// A view of mean power with clutter of mean 1, as amplitude. Texture that the field itself has on the background is left out: it would
+/// count twice. Of target and shadow only the power up to the background's fluctuates (Rice 1944), with phases of its own.
+void add_clutter(const Image<float>& power, const Image<float>& clutter, std::mt19937_64& random, float* amplitude) {
+  const auto regions = find_regions(power);
+  const double level = regions ? clutter_level(power, *regions) : std::numeric_limits<double>::infinity();
+  std::uniform_real_distribution<double> phase(0.0, 2.0 * kPi);
+  for (std::size_t p = 0; p < power.pixels().size(); ++p) {
+    const bool is_background = regions && regions->background.pixels()[p] != 0;
+    const double mean = is_background ? level : double{power.pixels()[p]}, fluctuating = std::min(mean, level);
+    const double steady_amplitude = std::sqrt(mean - fluctuating), speckle_amplitude = std::sqrt(fluctuating * double{clutter.pixels()[p]});
+    amplitude[p] = static_cast<float>(std::abs(std::polar(speckle_amplitude, phase(random)) + steady_amplitude));
+  }
+}
+
+/// Means with the clutter of shots, unless learned views are to have no speckle: each chip has the background of one shot of its class, or
+/// the mean of several, chosen and mirrored at random, relative to its mean.
 LabelledChips with_background_of_shots(const LabelledChips& means, const std::vector<ClassChips>& chips, const Draw& draw,
                                        const GenerationOptions& o) {
   if (o.speckle == Speckle::none) return means;
   std::vector<std::vector<Image<float>>> backgrounds;
   for (std::size_t c = 0; c < chips.size(); ++c) {
-    std::vector<PosedImage> of_class = shots_of(chips[c], draw.shots[c]);
-    for (PosedImage& shot : of_class) shot.power = relative_background(shot.power);
-    std::vector<const PosedImage*> pointers;
-    for (const PosedImage& shot : of_class) pointers.push_back(&shot);
-    backgrounds.push_back(powers_of(labelled(pointers, std::vector<std::int64_t>(pointers.size()))));
+    ViewsOfClasses of_class;
+    of_class.add(shots_of(chips[c], draw.shots[c]), c);
+    for (PosedImage& shot : of_class.views) shot.power = relative_background(shot.power);
+    backgrounds.push_back(powers_of(of_class.chips()));
   }
   std::mt19937_64 random(static_cast<std::uint64_t>(1'000'000 * (draw.number + 1)));
   const auto up_to = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
-  std::vector<Image<float>> powers = powers_of(means);
+  const std::vector<Image<float>> powers = powers_of(means);
   LabelledChips result{torch::empty_like(means.amplitude), means.label};
-  const auto n_added = static_cast<int>(std::lround(std::max(1.0, o.looks_factor)));
   for (std::size_t n = 0; n < powers.size(); ++n) {
-    const auto& of_class = backgrounds[static_cast<std::size_t>(means.label[static_cast<std::int64_t>(n)].item<std::int64_t>())];
+    const auto index = static_cast<std::int64_t>(n);
+    const auto& of_class = backgrounds[static_cast<std::size_t>(means.label[index].item<std::int64_t>())];
     Image<float> clutter(kStoredSide, kStoredSide);
-    for (int k = 0; k < n_added; ++k) {
+    for (int k = 0; k < o.n_backgrounds; ++k) {
       const Image<float>& chosen = of_class[up_to(of_class.size())];
-      const Image<float> added = mirrored(chosen, up_to(2) == 1, up_to(2) == 1);
-      for (std::size_t p = 0; p < added.pixels().size(); ++p) clutter.pixels()[p] += added.pixels()[p] / static_cast<float>(n_added);
+      const bool in_range = up_to(2) == 1, along_track = up_to(2) == 1;
+      const Image<float> added = mirrored(chosen, along_track, in_range);
+      for (std::size_t p = 0; p < added.pixels().size(); ++p)
+        clutter.pixels()[p] += added.pixels()[p] / static_cast<float>(o.n_backgrounds);
     }
-    const auto regions = find_regions(powers[n]);
-    double level = std::numeric_limits<double>::infinity();
-    if (regions) {
-      double sum = 0.0, n_pixels = 0.0;
-      for (std::size_t p = 0; p < clutter.pixels().size(); ++p)
-        if (regions->background.pixels()[p] != 0) sum += double{powers[n].pixels()[p]}, n_pixels += 1.0;
-      level = n_pixels > 0.0 ? sum / n_pixels : regions->background_power;
-    }
-    std::uniform_real_distribution<double> phase(0.0, 2.0 * kPi);
-    float* const amplitude = result.amplitude.data_ptr<float>() + n * clutter.pixels().size();
-    for (std::size_t p = 0; p < clutter.pixels().size(); ++p) {
-      const bool is_background = regions && regions->background.pixels()[p] != 0;
-      const double mean = is_background ? level : double{powers[n].pixels()[p]}, fluctuating = std::min(mean, level);
-      const double steady_amplitude = std::sqrt(mean - fluctuating), speckle_amplitude = std::sqrt(fluctuating * double{clutter.pixels()[p]});
-      amplitude[p] = static_cast<float>(std::abs(std::polar(speckle_amplitude, phase(random)) + steady_amplitude));
-    }
+    add_clutter(powers[n], clutter, random, result.amplitude[index].data_ptr<float>());
   }
   return result;
 }
-
-}  // namespace
-
-namespace {
 
 /// Turned shots, times the change from the turned shot to the wanted view that the fields predict: what of a shot no field follows (glints,
 /// speckle) stays. Both means are raised by the field's expected error in the dark, a tenth of the view's clutter (m c in E8).

@@ -56,7 +56,7 @@ struct GenerationOptions {
   std::string field = "grid";
   std::int64_t field_steps = 200;
   Speckle speckle = Speckle::shots;
-  double looks_factor = 1.0;  ///< looks of learned views over those of shots; rounded to a whole number
+  int n_backgrounds = 1;  ///< of shots, averaged on each learned view: its looks over theirs
 };
 
 /// What the user asked for.

@@ -176,12 +176,13 @@ struct TorchPass : torch::CustomClassHolder {
     return static_cast<double>(n) * static_cast<double>(torch::elementSize(hidden_type));
   }
 
-  /// Of samples at `index` [n].
-  MlpOutput evaluate(const torch::Tensor& index, Inputs& inputs) const {
-    inputs.clear();
+  /// Of samples at `index` [n]. `inputs`, empty, receives those of the layers; null: each is freed as soon as the next one
+  /// is there.
+  MlpOutput evaluate(const torch::Tensor& index, Inputs* inputs) const {
+    std::size_t next = 0;
     const auto affine = [&](const torch::Tensor& x) {
-      const std::size_t l = inputs.size();
-      inputs.push_back(x);
+      const std::size_t l = next++;
+      if (inputs != nullptr) inputs->push_back(x);
       return torch::addmm(bias[l], x.to(weight[l].scalar_type()), weight[l].t());
     };
     const torch::Tensor position = encode(place.index_select(0, index), shape.position_frequencies).to(hidden_type);
@@ -227,12 +228,10 @@ struct TorchMlp : torch::autograd::Function<TorchMlp> {
                                                 const c10::intrusive_ptr<TorchPass>& pass) {
     context->saved_data["pass"] = torch::IValue::make_capsule(pass);
     std::vector<torch::Tensor> sigma, s;
-    TorchPass::Inputs inputs;
     for (const torch::Tensor& some : torch::arange(pass->place.size(0)).split(kSamplesAtATime)) {
-      const MlpOutput out = pass->evaluate(some, inputs);
+      const MlpOutput out = pass->evaluate(some, pass->keeps ? &pass->kept.emplace_back() : nullptr);
       sigma.push_back(out.sigma_raw);
       s.push_back(out.s_raw);
-      if (pass->keeps) pass->kept.push_back(std::move(inputs));
     }
     return {torch::cat(sigma), torch::cat(s)};
   }
@@ -252,7 +251,7 @@ struct TorchMlp : torch::autograd::Function<TorchMlp> {
         for (const torch::Tensor& all : pass->kept[static_cast<std::size_t>(first / kSamplesAtATime)])
           inputs.push_back(all.index_select(0, mine));
       } else {
-        pass->evaluate(mine + first, inputs);
+        pass->evaluate(mine + first, &inputs);
       }
       pass->add_gradient(inputs, gradients[0].index_select(0, mine + first), gradients[1].index_select(0, mine + first), gradient);
     }
