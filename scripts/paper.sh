@@ -76,8 +76,8 @@ if $quick; then
   solids=cuboid
   views="36 12"
   test_azimuths=9:351:38
-  paper_azimuths=9:351:114
-  paper_scoring=80 paper_turning=80 paper_extracting=60
+  paper_azimuths=9:237:114
+  paper_scoring=60 paper_turning=40 paper_extracting=60
   mlp_time=30 paper_time=30
   mlp_scoring=30
   training_pitches=35:55:10

@@ -107,10 +107,10 @@ all_settings() {
   study activation "Activation: the paper's gate (tanh), without a gate, and the exact rule"
   for frequencies in 4 6 8 10; do setting "L = $frequencies" "L$frequencies" --option position_frequencies=$frequencies; done
   study encoding "Number of frequencies L of the encoding"
-  setting "four frequencies" default
+  setting "three frequencies" default
   setting "direction alone" no_frequencies --option direction_frequencies=0
   setting "no direction" no_direction --option direction_frequencies=-1
-  study direction "Direction in G: with four frequencies, as it is, and left out"
+  study direction "Direction in G: with three frequencies (the default for 36 views), as it is, and left out"
   setting "8 x 256" default
   setting "8 x 128" w128 --option width=128
   setting "8 x 64" w64 --option width=64
@@ -131,7 +131,7 @@ cat > "$folder/claims.md" <<TEXT
 
 The field \`mlp\`, 36 views of the cuboid at 45°, 64 × 64 pixels of 0.6 m; PSNR of power over 12 unseen azimuths; $seeds seeds, mean (least to largest). Made by
 \`scripts/paper_claims.sh --seeds $seeds --time $time --jobs $jobs\`, revision $(cat "$folder"/*/revision.txt | sort | uniq -c | sort -rn | awk '{ printf "%s%s (%d runs)", (NR > 1 ? ", " : ""), $2, $1 }'), on
-$(machine_name), $threads of $(nproc) cores for each run. \`8 x 256\`, \`exact rule\` and \`four frequencies\` are the same runs.
+$(machine_name), $threads of $(nproc) cores for each run. \`8 x 256\`, \`exact rule\` and \`three frequencies\` are the same runs.
 TEXT
 all_settings
 "$programs/sar_bench/sar_bench" page "$folder/claims.md" -q > /dev/null

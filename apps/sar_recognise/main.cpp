@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include <torch/torch.h>
+#include <torch/cuda.h>
 
 #include "sarnerf/recognise/cell.h"
 

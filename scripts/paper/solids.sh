@@ -128,9 +128,9 @@ platform is printed as "5/72" and taken for 36 views.$(if [ -z "$lpips" ]; then 
 TEXT
 }
 
-# Trained views are every 10 degrees: of these azimuths the first and the last one, as in the paper's figure.
+# Trained views are every 10 degrees: of these azimuths the first and the last one, as in the paper's figure; quick: the first one.
 turn=0:90:9
-if $quick; then turn=0:90:45; fi
+if $quick; then turn=0:45:45; fi
 
 figure_9() {
   text << TEXT

@@ -9,7 +9,7 @@
 #include <type_traits>
 
 #include <torch/csrc/jit/serialization/pickle.h>
-#include <torch/torch.h>
+#include <torch/types.h>
 
 #include "sarnerf/recognise/cell.h"
 

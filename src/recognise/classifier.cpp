@@ -6,7 +6,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include <torch/torch.h>
+#include <torch/optim/adamw.h>
+#include <torch/optim/lbfgs.h>
+#include <torch/utils.h>
 
 #include "networks.h"
 
@@ -142,7 +144,7 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
     for (auto& group : optimiser.param_groups()) group.options().set_lr(o.rate * rate_at((step + 0.5) / o.n_steps));
     optimiser.zero_grad();
     const torch::Tensor scores = net->forward(disturbed(batch.amplitude, side, o).to(o.device));
-    torch::nn::functional::cross_entropy(scores, batch.label.to(o.device)).backward();
+    torch::cross_entropy_loss(scores, batch.label.to(o.device)).backward();
     optimiser.step();
     if (report) report(step + 1, o.n_steps);
   }
@@ -164,13 +166,12 @@ namespace {
 constexpr double kBlur_pixels = 1.5;
 
 torch::Tensor blurred(const torch::Tensor& chips) {
-  const int reach = static_cast<int>(std::ceil(3.0 * kBlur_pixels));
+  const auto reach = static_cast<std::int64_t>(std::ceil(3.0 * kBlur_pixels));
   const torch::Tensor d = torch::arange(-reach, reach + 1, torch::kFloat32);
   torch::Tensor taps = torch::exp(-d.square() / (2.0 * kBlur_pixels * kBlur_pixels));
   taps = taps / taps.sum();
-  namespace F = torch::nn::functional;
-  const torch::Tensor rows = F::conv2d(chips.unsqueeze(1), taps.view({1, 1, -1, 1}), F::Conv2dFuncOptions().padding({reach, 0}));
-  return F::conv2d(rows, taps.view({1, 1, 1, -1}), F::Conv2dFuncOptions().padding({0, reach})).squeeze(1);
+  const torch::Tensor rows = torch::conv2d(chips.unsqueeze(1), taps.view({1, 1, -1, 1}), {}, 1, torch::IntArrayRef{reach, 0});
+  return torch::conv2d(rows, taps.view({1, 1, 1, -1}), {}, 1, torch::IntArrayRef{0, reach}).squeeze(1);
 }
 
 /// Blurred square roots of amplitude, of unit length, so that products are correlations.
@@ -224,7 +225,7 @@ torch::Tensor background_scores(const LabelledChips& training, const torch::Tens
   torch::optim::LBFGS optimiser({weight, bias}, torch::optim::LBFGSOptions(1.0).max_iter(kSteps).line_search_fn("strong_wolfe"));
   optimiser.step([&] {
     optimiser.zero_grad();
-    const torch::Tensor loss = torch::nn::functional::cross_entropy(known.mm(weight) + bias, training.label) +
+    const torch::Tensor loss = torch::cross_entropy_loss(known.mm(weight) + bias, training.label) +
                                kWeightDecay * weight.square().sum();
     loss.backward();
     return loss;

@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "networks.h"
 
+#include <torch/nn/modules/activation.h>
+#include <torch/nn/modules/batchnorm.h>
+#include <torch/nn/modules/conv.h>
+#include <torch/nn/modules/dropout.h>
+#include <torch/nn/modules/linear.h>
+#include <torch/nn/modules/pooling.h>
+
 namespace sarnerf {
 
 namespace nn = torch::nn;

@@ -102,7 +102,7 @@ TEST_CASE("a run that is killed at any instant leaves a checkpoint that loads, a
     return std::filesystem::last_write_time(metrics, ignored);
   };
   int n_loaded = 0;
-  for (int n = 0; n < 20; ++n) {
+  for (int n = 0; n < 12; ++n) {
     // Where start-up ends differs from machine to machine: the instant counts from the first line of this program.
     const auto before = written();
     const double delay_s = delay(random);
@@ -120,7 +120,7 @@ TEST_CASE("a run that is killed at any instant leaves a checkpoint that loads, a
     CHECK_NOTHROW(sarnerf::restore_field(sarnerf::read_archive(checkpoint), "latest.pt"));
     ++n_loaded;
   }
-  CHECK(n_loaded >= 10);
+  CHECK(n_loaded >= 6);
   const Outcome last =
       scene.train({"--resume", "run", "--time", "10000s"}, after_change(metrics, SIGINT));
   CHECK(last.code == 130);

@@ -235,7 +235,8 @@ TEST_CASE("a training that diverges ends with exit code 4 and keeps the last goo
 
 TEST_CASE("a trial chooses the field, and a run keeps it") {
   const SmallScene scene;
-  const Outcome made = scene.train({"data", "-o", "run", "--field", "auto", "--steps", "20", "--explain"});
+  scene.write_dataset("few", 8, 0.0, 20);
+  const Outcome made = scene.train({"few", "-o", "run", "--field", "auto", "--steps", "20", "--explain"});
   INFO(made.err);
   REQUIRE(made.code == 0);
   CHECK(made.err.find("held out from a trial of 400 steps") != std::string::npos);
@@ -248,14 +249,14 @@ TEST_CASE("a trial chooses the field, and a run keeps it") {
   CHECK(report["field"]["chosen"].get<std::string>().starts_with(field + ": "));
   CHECK(report["seconds"].contains("trial of fields"));
 
-  const Outcome again = scene.train({"data", "-o", "run", "--field", "auto", "--steps", "20"});
+  const Outcome again = scene.train({"few", "-o", "run", "--field", "auto", "--steps", "20"});
   CHECK(again.err.find("already done") != std::string::npos);
   CHECK(again.err.find("trial") == std::string::npos);
-  CHECK(scene.train({"data", "-o", "run", "--field", field, "--steps", "20"}).err.find("already done") != std::string::npos);
+  CHECK(scene.train({"few", "-o", "run", "--field", field, "--steps", "20"}).err.find("already done") != std::string::npos);
   REQUIRE(scene.train({"--resume", "run", "--steps", "30", "-q"}).code == 0);
   CHECK(json("run/report.json")["field"]["chosen"] == report["field"]["chosen"]);
 
-  const Outcome option = scene.train({"data", "-o", "other", "--field", "auto", "--option", "albedo_rate=0.1"});
+  const Outcome option = scene.train({"few", "-o", "other", "--field", "auto", "--option", "albedo_rate=0.1"});
   CHECK(option.code == 2);
   CHECK(option.is_error("--field surface"));
 }

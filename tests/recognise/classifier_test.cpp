@@ -3,12 +3,8 @@
 
 #include <stdexcept>
 
-#include <torch/torch.h>
-
+#include "../nerf/torch_catch.h"
 #include "networks.h"
-
-#undef CHECK
-#include "catch.h"
 
 using namespace sarnerf;
 
