@@ -49,23 +49,40 @@ double choose_voxel_size_m(const Options& options, const Scene& scene, std::vect
   return size_m;
 }
 
-/// Locks the file of --save-volume before long work, and writes the voxels to it.
+/// Locks the file of --save-volume before long work, and writes the voxels to it. A file that is there is replaced with --overwrite
+/// alone; a repeated or continued command finds its own voxels in it.
 class VolumePlace {
  public:
-  explicit VolumePlace(const Options& options) : file_(options.dry_run ? std::filesystem::path() : options.save_volume) {
+  explicit VolumePlace(const Options& options)
+      : file_(options.dry_run ? std::filesystem::path() : options.save_volume), overwrite_(options.overwrite) {
     if (file_.empty()) return;
     if (file_.has_parent_path()) make_folder(file_.parent_path());
     lock_.emplace(std::vector{file_});
-    require_volume_place(options);
   }
   void write(const VdbScene& voxels, Console& console) const {
     if (file_.empty()) return;
-    write_vdb(voxels, file_);
+    if (overwrite_ || !std::filesystem::exists(file_)) {
+      write_vdb(voxels, file_);
+    } else if (!holds(voxels)) {
+      throw UsageError("--save-volume: " + file_.string() +
+                       " exists, and holds other voxels than this command's; choose another name or allow --overwrite");
+    }
     console.note("the voxels are in " + file_.string());
   }
 
  private:
+  /// The same voxels give the same bytes.
+  bool holds(const VdbScene& voxels) const {
+    std::filesystem::path again = file_;
+    again += ".again";
+    write_vdb(voxels, again);
+    const bool same = sha256_of_file(again) == sha256_of_file(file_);
+    std::filesystem::remove(again);
+    return same;
+  }
+
   std::filesystem::path file_;
+  bool overwrite_;
   std::optional<OutputLock> lock_;
 };
 
@@ -84,9 +101,9 @@ VoxelLevels voxels_of(const Options& options, const Scene& scene, const MemoryLi
   voxelising.monitor = monitor;
   const VdbScene voxels = voxelise(scene, voxelising);
   place.write(voxels, console);
-  VoxelLevels levels{to_volume(voxels, voxelising.max_memory_bytes), {}};
+  VoxelLevels levels{to_volume(voxels, voxelising.max_memory_bytes, monitor), {}};
   voxelising.voxel_size_m *= 2.0;
-  levels.coarse = to_volume(voxelise(scene, voxelising), voxelising.max_memory_bytes);
+  levels.coarse = to_volume(voxelise(scene, voxelising), voxelising.max_memory_bytes, monitor);
   built.voxelise_s = watch.seconds();
   return levels;
 }
@@ -106,7 +123,8 @@ LoadedVolume load_volume(const Options& options, const LoadOptions& load, Consol
   for (const std::string& note : voxels.notes) console.note(note);
   place.write(voxels, console);
   LoadedVolume loaded;
-  loaded.volume = to_volume(voxels, memory_for_volume(load.max_memory_bytes));
+  loaded.volume = to_volume(voxels, memory_for_volume(load.max_memory_bytes), load.monitor);
+  loaded.is_fog = voxels.is_fog;
   loaded.scene = scene_around(loaded.volume, options.scene, load);
   return loaded;
 }

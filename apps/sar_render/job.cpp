@@ -47,7 +47,8 @@ std::vector<std::string> unused_options(const Job& job) {
        "all materials are opaque, and the surface engine integrates translucent ones only"},
       {"seed", o.formation.speckle(), "there is no speckle (--looks)"},
       {"voxel-size", job.built.voxel, "no voxels are made"},
-      {"extinction-per-density", o.volume(), "it is for fog volumes (.vdb), and the scene is a mesh"},
+      {"extinction-per-density", job.is_fog, "it is for fog volumes (.vdb) of other tools, and the scene is none"},
+      {"materials", !o.volume() || job.scene->ground, "a volume (.vdb) has its own, and there is no ground (--ground) to take one"},
       {"ground-height", uses_reference_plane(job),
        "there is no ground (--ground), and nothing else refers to the reference plane (--calibration, --nesz, --layers)"},
   };
@@ -99,7 +100,7 @@ std::vector<Acquisition> acquisitions(const Options& o, const glm::dvec3& aim_m)
 
 void set_size(Job& job) {
   if (!job.options.size) {
-    Framing framing = frame_scene(*job.scene, job.views);
+    Framing framing = frame_scene(*job.scene, job.views, job.reference_height_m);
     job.framing = "the size " + std::move(framing.explanation);
     job.options.size = {framing.n_azimuth, framing.n_range};
   }
@@ -194,6 +195,7 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   if (options.volume()) {
     LoadedVolume loaded = load_volume(options, load_options(options, job.memory_limit, monitor), console);
     job.scene = std::make_unique<const Scene>(std::move(loaded.scene));
+    job.is_fog = loaded.is_fog;
     volume = std::move(loaded.volume);
   } else {
     job.scene = std::make_unique<const Scene>(load_scene(options.scene, load_options(options, job.memory_limit, monitor)));

@@ -60,6 +60,7 @@ struct BuiltEngine {
 struct LoadedVolume {
   Scene scene;
   Volume volume;
+  bool is_fog = false;
 };
 LoadedVolume load_volume(const Options& options, const LoadOptions& load, Console& console);
 
@@ -95,6 +96,7 @@ struct PreparationTimes {
 struct Job {
   Options options;
   std::unique_ptr<const Scene> scene;  ///< the engine refers to it
+  bool is_fog = false;                 ///< see VdbScene::is_fog
   BuiltEngine built;
   glm::dvec3 aim_m{0.0};
   double reference_height_m = 0.0;  ///< of the plane that calibration refers to

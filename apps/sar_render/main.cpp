@@ -4,11 +4,19 @@
 #include "app_main.h"
 #include "job.h"
 #include "options.h"
+#include "output_files.h"
 #include "sarnerf/scene/scene.h"
 #include "sweep.h"
 
 namespace sarnerf::app {
 namespace {
+
+/// Whether the output is of the same request.
+bool continues(const Options& options, const Json& request) {
+  const auto file = options.sweep() ? SweepFolder(sweep_folder(options), 1).recipe() : image_paths(options).recipe;
+  const std::optional<Json> recipe = read_recipe(file);
+  return recipe && difference(recipe->value("request", Json()), request).empty();
+}
 
 void run(const Options& options, Console& console) {
   const Stopwatch total;
@@ -21,7 +29,7 @@ void run(const Options& options, Console& console) {
   const Json request = request_of(options);
   if (!options.dry_run) {
     options.sweep() ? check_sweep(options, request) : check_single_view(options, request);
-    require_volume_place(options);
+    require_volume_place(options, continues(options, request));
   }
   Job job = prepare(options, console, monitor);
   if (options.dry_run) {

@@ -237,15 +237,13 @@ std::string output_text(const Options& options) {
   return base + ".tif, " + base + ".png, " + base + ".json";
 }
 
-void require_volume_place(const Options& options) {
+void require_volume_place(const Options& options, bool continues) {
   const std::filesystem::path& place = options.save_volume;
   if (place.empty()) return;
   refuse_input(place, options);
   std::error_code ignored;
-  if (!options.overwrite && std::filesystem::exists(place, ignored)) {
-    throw UsageError("--save-volume: " + place.string() +
-                     " exists; choose another name or allow --overwrite");
-  }
+  if (!continues && !options.overwrite && std::filesystem::exists(place, ignored))
+    throw UsageError("--save-volume: " + place.string() + " exists; choose another name or allow --overwrite");
   require_possible(place.has_parent_path() ? place.parent_path() : std::filesystem::path("."));
 }
 

@@ -94,8 +94,9 @@ std::filesystem::path sweep_folder(const Options& options);
 /// The output paths of these options, as text.
 std::string output_text(const Options& options);
 
-/// Check before any work. Throws UsageError if --save-volume would replace a file.
-void require_volume_place(const Options& options);
+/// Check before any work. Throws UsageError if --save-volume would replace a file, unless the command continues or repeats an earlier
+/// one, whose volume that may be.
+void require_volume_place(const Options& options, bool continues);
 
 /// Throws UsageError when a file to be written is one of the inputs.
 void refuse_input(const std::filesystem::path& output, const Options& options);

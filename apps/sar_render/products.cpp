@@ -278,12 +278,17 @@ Products make_products(const Job& job, std::size_t n, const Monitor& monitor) {
                   100.0 * rendered.error.relative, tolerant.steps.size(), 100.0 * *job.options.tolerance);
     products.warnings.push_back(text);
   }
-  // The warning of a blank image mentions the swath already.
-  const std::string outside = outside_swath_warning(*job.scene, acquisition);
-  const bool said = std::any_of(products.warnings.begin(), products.warnings.end(), [&](const std::string& w) {
-    return w.find(outside) != std::string::npos;
-  });
-  if (!outside.empty() && !said) products.warnings.push_back(outside);
+  // The warning of a blank image ends with that of the swath: of the swath that was rendered, wider by the border.
+  if (const std::string outside = outside_swath_warning(*job.scene, acquisition); !outside.empty()) {
+    const auto blank = std::ranges::find_if(products.warnings, [](const std::string& w) {
+      return w.starts_with("the image is blank") && w.find("the scene lies") != std::string::npos;
+    });
+    if (blank == products.warnings.end()) {
+      products.warnings.push_back(outside);
+    } else {
+      blank->replace(blank->find("the scene lies"), std::string::npos, outside);
+    }
+  }
 
   Image<float>& image = rendered.beta0;
   // Layers are those of the mean image, before any formation.

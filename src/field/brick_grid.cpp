@@ -159,12 +159,4 @@ Occupancy::CellBox Occupancy::cell_box(std::uint32_t brick) const {
   return box;
 }
 
-std::uint64_t Occupancy::n_occupied_cells() const {
-  std::uint64_t n = 0;
-  for (const Cells& cells : cells_) {
-    for (const std::uint64_t layer : cells) n += static_cast<std::uint64_t>(std::popcount(layer));
-  }
-  return n;
-}
-
 }  // namespace sarnerf

@@ -131,8 +131,8 @@ void multiply_by_texture(Image<float>& reflectivity, const ClutterModel& clutter
   const double variance =
       clutter.texture_variance / (sum_of_fourth_powers(response.azimuth.taps) * sum_of_fourth_powers(response.range.taps));
   // Each view has a texture of its own: the model is of one look at one pose, not of the ground.
-  std::seed_seq seed{clutter.radar.seed, clutter.radar.seed >> 32, std::bit_cast<std::uint64_t>(acquisition.azimuth_rad),
-                     std::bit_cast<std::uint64_t>(acquisition.azimuth_rad) >> 32};
+  const auto azimuth = std::bit_cast<std::uint64_t>(acquisition.azimuth_rad), incidence = std::bit_cast<std::uint64_t>(acquisition.incidence_rad);
+  std::seed_seq seed{clutter.radar.seed, clutter.radar.seed >> 32, azimuth, azimuth >> 32, incidence, incidence >> 32};
   std::mt19937_64 random(seed);
   std::gamma_distribution<double> tau(1.0 / variance, variance);
   for (float& p : reflectivity.pixels()) p = static_cast<float>(double{p} * tau(random));

@@ -74,11 +74,11 @@ AppearanceTable make_appearances(const Scene& scene, const std::vector<std::uint
     const std::tuple key{material, textured ? piece.object : 0u, !piece.closed};
     auto found = known.find(key);
     if (found == known.end()) {
-      if (table.training_images.size() >= 65535) {
+      if (table.appearances.size() >= 65535) {
         throw UsageError("the scene has more than 65,535 combinations of material and object");
       }
-      found = known.emplace(key, static_cast<std::uint16_t>(table.training_images.size())).first;
-      table.training_images.push_back(make_appearance(scene.materials[material], !piece.closed,
+      found = known.emplace(key, static_cast<std::uint16_t>(table.appearances.size())).first;
+      table.appearances.push_back(make_appearance(scene.materials[material], !piece.closed,
                                                   scene.objects[piece.object].object_from_world,
                                                   scene_origin_m, reach_m));
     }

@@ -80,13 +80,13 @@ struct Appearance {
 
 /// Appearances of a scene's opaque triangles.
 struct AppearanceTable {
-  std::vector<Appearance> training_images;
+  std::vector<Appearance> appearances;
   std::vector<std::uint16_t> of_triangle;  ///< indexed like the triangles given
 };
 
 /// `triangles`: indices into scene.mesh.triangles; `scene_origin_m`: world point that is the origin of
 /// the scene frame. Checkers too fine for single precision over the scene's box are replaced by their mean of
-/// 1. Throws UsageError for more than 65,535 different training_images.
+/// 1. Throws UsageError for more than 65,535 different appearances.
 AppearanceTable make_appearances(const Scene& scene, const std::vector<std::uint32_t>& triangles,
                                  const glm::dvec3& scene_origin_m);
 

@@ -63,7 +63,7 @@ Image<float> error_map(const Image<float>& a, const Image<float>& b, int first_r
 namespace {
 
 /// Ratio of the difference between the two samplings to the error of the view. Refinement by three reduces errors by 3
-/// to 9 (orders 1 to 2). Measured over scenes and samplings (sar_bench accuracy), a ratio of 4 puts 95 % of the
+/// to 9 (orders 1 to 2). Measured over scenes and samplings (sar_bench accuracy), a ratio of 4 puts 96 % of the
 /// estimates between half and three times the true error. Rows of one slice are compared with the slice of a neighbour,
 /// which is a whole row away and differs more than a slice half a row away would.
 constexpr double kErrorsPerDifference = 4.0;

@@ -15,7 +15,7 @@ namespace {
 constexpr int kMarginPixels = 4;
 constexpr double kMaxPixels = 65535.0;
 
-double reference_height_m(const Scene& scene) {
+double height_of_reference_m(const Scene& scene) {
   if (scene.ground) return scene.ground->height_m;
   return scene.box.empty() ? 0.0 : scene.box.min.y;
 }
@@ -75,12 +75,12 @@ int pixels_for(const Scene& scene, double half_m, double spacing_m) {
 }  // namespace
 
 glm::dvec3 default_aim_m(const Scene& scene) {
-  if (scene.box.empty()) return {0.0, reference_height_m(scene), 0.0};
+  if (scene.box.empty()) return {0.0, height_of_reference_m(scene), 0.0};
   const glm::dvec3 centre = scene.box.centre();
   return {centre.x, scene.box.min.y, centre.z};
 }
 
-Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
+Framing frame_scene(const Scene& scene, std::span<const Acquisition> views, std::optional<double> reference_height_m) {
   if (scene.box.empty()) {
     return {128, 128, "a ground alone has no extent to fit"};
   }
@@ -88,7 +88,7 @@ Framing frame_scene(const Scene& scene, std::span<const Acquisition> views) {
   double near_m = std::numeric_limits<double>::infinity(), far_m = -near_m;
   double nearest_m = near_m;  // smallest slant range of the aim point
   for (const Acquisition& view : views) {
-    const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
+    const ImageExtent e = extent_in_image(scene.box, reference_height_m.value_or(height_of_reference_m(scene)), view);
     half_along = std::max(half_along, e.along_m);
     half_range = std::max({half_range, -e.near_m, e.far_m, e.shadow_m});
     near_m = std::min(near_m, e.near_m);
@@ -127,7 +127,7 @@ std::string scene_size_hint(const Scene& scene) {
 std::string few_pixels_warning(const Scene& scene, const Acquisition& view) {
   if (scene.box.empty()) return {};
   const auto [first_along, last_along] = extent_along(scene.box, view);
-  const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
+  const ImageExtent e = extent_in_image(scene.box, height_of_reference_m(scene), view);
   const double along_m = last_along - first_along, range_m = e.far_m - e.near_m;
   if (along_m >= 2.0 * view.azimuth_spacing_m || range_m >= 2.0 * view.range_spacing_m) return {};
   char text[256];
@@ -140,7 +140,7 @@ std::string few_pixels_warning(const Scene& scene, const Acquisition& view) {
 
 std::string outside_swath_warning(const Scene& scene, const Acquisition& view) {
   if (scene.box.empty()) return {};
-  const ImageExtent e = extent_in_image(scene.box, reference_height_m(scene), view);
+  const ImageExtent e = extent_in_image(scene.box, height_of_reference_m(scene), view);
   const auto [first_along, last_along] = extent_along(scene.box, view);
   const double half_rows = 0.5 * view.n_azimuth * view.azimuth_spacing_m;
   const double half_bins = 0.5 * view.n_range * view.range_spacing_m;

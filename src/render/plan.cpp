@@ -94,8 +94,8 @@ void check_reach(const Scene& scene, const Acquisition& a) {
 
 struct KeptRays {
   std::uint64_t n = 0;
-  std::uint64_t widest = 0;  ///< most rays of any one slice
-  std::uint64_t n_rows = 0;  ///< rows with at least one ray
+  std::uint64_t widest = 0;    ///< most rays of any one slice
+  std::uint64_t n_slices = 0;  ///< slices that meet the box
 };
 
 /// Rays of the plan that may meet a box.
@@ -103,20 +103,25 @@ KeptRays count_rays_to(const Box& box, const ViewPlan& plan) {
   if (box.empty()) return {};
   const Acquisition& a = plan.acquisition;
   const VisibleExtent extent(a, box);
-  double kept = 0.0, widest = 0.0;
-  std::uint64_t n_rows = 0;
-  // The slice at the row's centre represents all slices of the row: exact enough for a plan.
+  const auto [box_first_m, box_last_m] = extent.along_track_m();
+  const double slice_m = a.azimuth_spacing_m / plan.n_slices;
+  double kept = 0.0, widest = 0.0, n_slices = 0.0;
   for (int i = 0; i < a.n_azimuth; ++i) {
-    const double along_m = a.row_offset_m(i);
+    const double row_m = a.row_offset_m(i - 0.5), first_m = std::max(box_first_m, row_m),
+                 last_m = std::min(box_last_m, a.row_offset_m(i + 0.5));
+    if (!(first_m <= last_m)) continue;
+    // One position represents all slices of the row: exact enough for a plan.
+    const double along_m = std::clamp(a.row_offset_m(i), first_m, last_m);
     const auto angles = extent.angles(along_m, along_m);
     if (!angles) continue;
-    const double n = (angles->second - angles->first) / plan.fan.step_rad + 1.0;
-    const double n_in_fan = std::min(n, double(plan.fan.n_elevation));
-    kept += n_in_fan * plan.n_slices;
-    ++n_rows;
+    const double n_in_fan = std::min((angles->second - angles->first) / plan.fan.step_rad + 1.0, double(plan.fan.n_elevation));
+    const double n_of_row = std::floor((last_m - row_m) / slice_m) - std::floor((first_m - row_m) / slice_m) + 1.0;
+    const double n_here = std::min(n_of_row, double(plan.n_slices));
+    kept += n_in_fan * n_here;
+    n_slices += n_here;
     widest = std::max(widest, n_in_fan);
   }
-  return {static_cast<std::uint64_t>(kept), static_cast<std::uint64_t>(widest) + 2, n_rows};
+  return {static_cast<std::uint64_t>(kept), static_cast<std::uint64_t>(widest) + 2, static_cast<std::uint64_t>(n_slices)};
 }
 
 /// The rays of a lattice of angles that cover the extent. The lattice is anchored at the aim point and not at
@@ -258,7 +263,7 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   const KeptRays kept = count_rays_to(scene.box, plan);
   plan.n_kept_rays = std::min(plan.n_grid_rays, kept.n);
   plan.n_widest_slice = std::min(n_elevation, kept.widest);
-  plan.n_scene_slices = kept.n_rows * static_cast<std::uint64_t>(plan.n_slices);
+  plan.n_scene_slices = kept.n_slices;
   // This depends on the plan alone, never on threads or memory: which slices are traced together changes last digits.
   const auto room = static_cast<int>(kMostRaysAtOnce / std::max<std::uint64_t>(plan.n_widest_slice, 1));
   const int most = std::min(static_cast<int>(RayTracer::kRowsPerBlock), plan.n_slices);

@@ -19,7 +19,7 @@ constexpr std::uint64_t kPerOrientedTriangle = 350;
 [[noreturn]] void refuse(const std::string& name, const std::string& what, std::uint64_t needed,
                          std::uint64_t limit, const std::string& fits) {
   throw UsageError(name + ": " + what + " needs about " + human_bytes(needed) +
-                   " of memory, but --max-memory allows " + human_bytes(limit) + fits);
+                   " of memory, and " + human_bytes(limit) + " are available (--max-memory)" + fits);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ TEST_CASE("usage errors: exit code 2, one line, nothing written") {
       {{"box.obj", "--pitch", "45", "--voxel-size", "0"}, "--voxel-size"},
       {{"box.obj", "--pitch", "45", "--voxel-size", "1e-12"}, "voxels"},
       {{"box.obj", "--pitch", "45", "--voxel-size", "0.0001", "--max-memory", "1G"}, "--voxel-size"},
-      {{"box.obj", "--pitch", "45", "--voxel-size", "1e-7"}, "MiB allowed; use --voxel-size"},
+      {{"box.obj", "--pitch", "45", "--voxel-size", "1e-7"}, "MiB that are available; use --voxel-size"},
       {{"box.obj", "--pitch", "45", "--save-volume", "box.txt"}, ".vdb"},
       {{"box.obj", "--pitch", "45", "--calibration", "uncalibrated"}, "--calibration"},
       {{"box.obj", "--pitch", "45", "--quantity", "phase"}, "--quantity"},

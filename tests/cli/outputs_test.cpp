@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "catch.h"
 #include "program.h"
 #include "sarnerf/dataset/image_file.h"
@@ -155,4 +157,8 @@ TEST_CASE("a blank image says why") {
   CHECK(outcome.code == 0);
   CHECK(outcome.err.find("warning: ") != std::string::npos);
   CHECK(outcome.err.find("swath") != std::string::npos);
+  // The rendered swath is wider by the reach of an impulse response; the warning is of the image's.
+  const Outcome wide = folder.run(with(kView, {"--aim", "500,0,0", "-q", "--resolution", "0.5", "-o", "wide"}));
+  CHECK(std::ranges::count(wide.err, '\n') == 1);
+  CHECK(wide.err.substr(wide.err.find("the image ends")) == outcome.err.substr(outcome.err.find("the image ends")));
 }

@@ -42,6 +42,17 @@ TEST_CASE("volumes are not replaced unasked, and refuse what only meshes take") 
       {"box.obj", "--pitch", "35", "--engine", "voxel", "--save-volume", "box.vdb", "-o", "other"});
   CHECK(twice.code == 2);
   CHECK(bytes_of(folder / "box.vdb") == before);
+  // The same command again finds its own volume, and no other.
+  const std::vector<std::string> same{"box.obj", "--pitch", "45", "--engine", "voxel", "--save-volume", "box.vdb", "-q"};
+  CHECK(folder.run(same).code == 0);
+  CHECK(bytes_of(folder / "box.vdb") == before);
+  write_text(folder / "box.vdb", before + "more");
+  const Outcome foreign = folder.run(same);
+  CHECK(foreign.code == 2);
+  CHECK(is_error_line(foreign.err, "other voxels"));
+  CHECK(bytes_of(folder / "box.vdb") == before + "more");
+  CHECK(folder.contents().count("box.vdb.again") == 0);
+  write_text(folder / "box.vdb", before);
   CHECK(folder.run({"box.vdb", "--pitch", "45", "--engine", "surface"}).code == 2);
   CHECK(folder.run({"box.vdb", "--pitch", "45", "--voxel-size", "1"}).code == 2);
   write_text(folder / "bad.vdb", before.substr(0, before.size() / 2));

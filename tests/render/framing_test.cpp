@@ -82,6 +82,17 @@ TEST_CASE("the explanation says where layover and shadow end", "[framing]") {
   }
 }
 
+TEST_CASE("a lower reference plane has a longer shadow, for which the frame has room", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {2.0, 3.0, 4.0});
+  const std::vector<Acquisition> views{view_of(45.0, 1e7)};
+  const Framing by_default = frame_scene(scene, views), same = frame_scene(scene, views, 0.0), lower = frame_scene(scene, views, -10.0);
+  CHECK(same.n_range == by_default.n_range);
+  // A ray that ends 10 m lower is 10 m / cos θ longer; the image is as wide on the other side of the aim point.
+  const double longer_m = 2.0 * 10.0 / std::cos(views[0].incidence_rad);
+  CHECK(lower.n_range - same.n_range == Approx(longer_m / views[0].range_spacing_m).margin(2.0));
+}
+
 TEST_CASE("absurd sizes are refused with advice", "[framing]") {
   Scene scene = empty_scene(matte());
   add_box(scene, {12e6, 9e6, 5e6});

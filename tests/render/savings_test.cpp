@@ -54,3 +54,22 @@ TEST_CASE("empty voxels are not missed: a second extinction that equals the firs
   CHECK(relative_l2(render(two), image) < 1e-6);
   CHECK(relative_l2(render(padded), image) < 1e-6);
 }
+
+TEST_CASE("the plan counts the rays of a scene narrower than a row, wherever it lies between rows", "[savings]") {
+  for (const double aside_m : {0.0, 0.2, 0.4, 0.5, 0.9}) {
+    CAPTURE(aside_m);
+    Acquisition view = view_of(45.0, 1e4, 8, 64);
+    view.azimuth_spacing_m = 1.0;
+    Scene scene = empty_scene(matte(1.0));
+    add_box(scene, {0.3, 3.0, 0.3}, 0.0, aside_m * radar_frame(view).h);
+    const SurfaceEngine engine(scene);
+    const ViewPlan plan = engine.plan(view, {});
+    CHECK(plan.n_kept_rays > 0);
+    CHECK(plan.n_scene_slices >= 6);
+    CHECK(plan.n_scene_slices <= static_cast<std::uint64_t>(plan.n_slices));
+    Sampling coarse;
+    coarse.n_slices = 1;
+    CHECK(engine.plan(view, coarse).n_scene_slices <= 2);
+    CHECK(std::isnan(engine.render(engine.plan(view, coarse)).error.relative));
+  }
+}

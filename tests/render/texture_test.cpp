@@ -53,6 +53,32 @@ TEST_CASE("squares that single precision holds are drawn, finer ones are left ou
   for (const auto& [period_m, drawn] : {std::pair{reach_m / (1 << 18) * 1.01, true}, {reach_m / (1 << 18) * 0.99, false}}) {
     const Scene scene = block(period_m, false);
     const AppearanceTable table = make_appearances(scene, {0}, scene.box.centre());
-    CHECK(table.training_images.front().checker.has_value() == drawn);
+    CHECK(table.appearances.front().checker.has_value() == drawn);
+  }
+}
+
+TEST_CASE("a ground of squares that hardly differ is the uniform ground, also beside a mesh at the border of the swath", "[texture]") {
+  Material squares = checkered(1.0);
+  squares.texture.contrast = 1e-6;
+  Acquisition view = view_of(45.0, 1e4, 16, 64);
+  const glm::dvec3 away = glm::normalize(glm::dvec3(radar_frame(view).k.x, 0.0, radar_frame(view).k.z));
+  const double border_m = 0.5 * view.n_range * view.range_spacing_m / std::sin(view.incidence_rad);
+  for (const double beyond_m : {-1.0, -0.1, 0.0, 0.3, 0.6, 1.0, 2.0}) {
+    for (const double side : {-1.0, 1.0}) {
+      CAPTURE(beyond_m, side);
+      const auto image_on = [&](const Material& material) {
+        Scene scene = empty_scene(material);
+        scene.materials.push_back(matte(1.0));
+        // A slab too flat to hide or lay over much.
+        add_box(scene, {2.0, 0.02, 2.0}, 0.0, side * (border_m - beyond_m) * away, 1);
+        scene.ground = Ground{0, 0.0};
+        const SurfaceEngine engine(scene);
+        Sampling sampling;
+        sampling.n_elevation = 40;
+        sampling.n_slices = 3;
+        return engine.render(engine.plan(view, sampling)).beta0;
+      };
+      CHECK(relative_l2(image_on(squares), image_on(matte(1.0))) < 1e-3);
+    }
   }
 }

@@ -114,6 +114,16 @@ TEST_CASE("PLY: ASCII and both byte orders, face ids") {
   CHECK(scene.materials[0].name == "grass");
   CHECK(scene.materials[1].name == "metal");
   CHECK(scene.mesh.material == std::vector<std::uint32_t>{0, 0, 1, 1, 1, 1});
+
+  // An id is a name like any other, -1 too, and first in the file.
+  folder.write("n.ply", "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+                        "property float z\nelement face 5\nproperty list uchar int vertex_index\nproperty int material_id\n"
+                        "end_header\n0 0 0\n1 0 0\n1 0 1\n0 0 1\n.5 2 .5\n"
+                        "4 0 1 2 3 -1\n3 4 1 0 -1\n3 4 2 1 2\n3 4 3 2 2\n3 4 0 3 -1");
+  const Scene negative = load_scene(folder.write("n.json", R"({"format": "sarnerf-scene", "version": 1,
+                                    "meshes": [{"file": "n.ply", "materials": {"-1": "grass", "2": "metal"}}]})"), {});
+  REQUIRE(negative.materials.size() == 2);
+  CHECK(negative.mesh.material == std::vector<std::uint32_t>{0, 0, 0, 1, 1, 0});
 }
 
 TEST_CASE("STL: binary and ASCII") {

@@ -209,7 +209,7 @@ TEST_CASE("Suspicious sizes are pointed out") {
   options.units_m = 0.001;
   CHECK(has_line(load_text("a.obj", obj.text(), options).report.warnings, "suspiciously small"));
   options.units_m = 1e6;
-  CHECK(has_line(load_text("a.obj", obj.text(), options).report.warnings, "--units or --scale"));
+  CHECK(has_line(load_text("a.obj", obj.text(), options).report.warnings, "--units and --scale"));
   options.units_m = 1.0;
   options.ground_material = "grass";
   options.ground_height_m = 2.0;

@@ -175,7 +175,7 @@ TEST_CASE("reading keeps to the memory allowed", "[vdb]") {
   VdbReadOptions options;
   options.max_memory_bytes = 300'000;
   const std::string message = message_of<UsageError>([&] { read_vdb(folder.path() / "a.vdb", options); });
-  CHECK(contains(message, "--max-memory allows 300 kB"));
+  CHECK(contains(message, "300 kB are available (--max-memory)"));
   options.max_memory_bytes = 50'000'000;
   CHECK_NOTHROW(read_vdb(folder.path() / "a.vdb", options));
 }

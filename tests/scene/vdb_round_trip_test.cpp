@@ -145,7 +145,7 @@ TEST_CASE("active tiles become voxels, within the memory allowed", "[vdb]") {
 
   const std::uint64_t limit = 10'000'000;
   const std::string message = message_of<UsageError>([&] { to_volume(with_tile(2), limit); });
-  CHECK(contains(message, "but --max-memory allows 10 MB, enough with voxels of 0."));
+  CHECK(contains(message, "and 10 MB are available (--max-memory), enough with voxels of 0."));
   CHECK(contains(message, "use larger voxels"));
   // A tile of 4096³ voxels is refused by its size alone: nothing of it is allocated.
   CHECK(contains(message_of<UsageError>([&] { to_volume(with_tile(3), limit); }), "134,217,728 bricks"));

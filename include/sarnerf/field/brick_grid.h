@@ -218,7 +218,6 @@ class Occupancy {
   };
   CellBox cell_box(std::uint32_t brick) const;
 
-  std::uint64_t n_occupied_cells() const;
   std::uint64_t memory_bytes() const { return bricks_.memory_bytes() + cells_.size() * sizeof(Cells); }
 
  private:

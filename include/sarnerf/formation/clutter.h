@@ -40,7 +40,8 @@ struct ClutterModel {
 /// is taken for speckle alone; what exceeds 1, speckle of one look cannot have, and is texture. The resolution follows from the
 /// autocorrelation of neighbours along each axis: (ρ + 2 v μ) / (1 + 2 v), with ρ = (Σ_n h_n h_{n+1})² (Goodman 1975; also that of any
 /// number of looks without texture) and μ = Σ_n h_n² h_{n+1}² / Σ_n h_n⁴. It is missing where neighbours are no more correlated than the narrowest possible response
-/// makes them: then pixels are independent. Empty where clutter_statistics() are.
+/// makes them: then pixels are independent. Texture comes out some 15 % too weak, because its brightest pixels count as targets
+/// (find_regions()). Empty where clutter_statistics() are.
 std::optional<ClutterModel> fitted_clutter(std::span<const Image<float>> powers, const Window& window, double azimuth_spacing_m,
                                            double range_spacing_m);
 

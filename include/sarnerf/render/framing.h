@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -21,9 +22,10 @@ struct Framing {
 glm::dvec3 default_aim_m(const Scene& scene);
 
 /// Smallest size, with a margin, whose image (centred on the aim point) contains the scene, its layover
-/// and its shadow on the reference plane in each of the views. Reads only the poses of the views, and the
+/// and its shadow on the reference plane, at `reference_height_m` (default: the ground, else the scene's lowest height), in each of
+/// the views. Reads only the poses of the views, and the
 /// spacings of the first. Throws UsageError for a size beyond 65,535 pixels a side.
-Framing frame_scene(const Scene& scene, std::span<const Acquisition> views);
+Framing frame_scene(const Scene& scene, std::span<const Acquisition> views, std::optional<double> reference_height_m = {});
 
 /// "the scene measures 10 km: …", for images that are too large: most often the unit is wrong. Empty for a ground alone.
 std::string scene_size_hint(const Scene& scene);

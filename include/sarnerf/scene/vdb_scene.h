@@ -75,6 +75,8 @@ class VdbScene {
   /// World box of the scene that the voxels were made from; empty if unknown.
   Box scene_box_m;
 
+  bool is_fog = false;  ///< read from another tool's fog volume, by VdbReadOptions::extinction_per_density
+
   /// Assumptions made while reading, for the log: one line each.
   std::vector<std::string> notes;
 

@@ -123,10 +123,10 @@ std::pair<int, int> LayerView::plane_bins(double first_ray, double last_ray) con
 
 namespace {
 
-/// A surface within this distance of the reference plane counts as part of it: it hides the plane and casts no shadow.
+/// A surface within the larger of these distances of the reference plane, in slant range, counts as part of it: it hides the plane and
+/// casts no shadow.
 constexpr double kCoplanar_m = 1e-3;
-/// Accuracy of positions in range (bins).
-constexpr double kBinTolerance = 0.01;
+constexpr double kBinTolerance = 0.01;  // accuracy of positions in range (bins)
 /// Groups of one component that are at most this many rays apart are one group.
 constexpr double kLargestGap = 1.0;
 
@@ -248,7 +248,7 @@ void LayerRow::end_slice() {
   if (!groups_) return;
   for (std::size_t j = 0; j < of_slice_.size(); ++j) {
     const OfSlice& s = of_slice_[j];
-    n_scatterers_[j] += static_cast<std::uint32_t>(s.n_groups + s.n_ground_groups + (s.ground ? 1 : 0));
+    n_scatterers_[j] += static_cast<std::uint32_t>(s.n_groups + std::max(s.n_ground_groups, s.ground ? 1 : 0));
     const bool plane_exists = std::isfinite(view_.plane_ray(static_cast<int>(j)));
     const bool hidden = plane_exists && s.hidden;
     const int n = s.n_groups + std::max(s.n_ground_groups, plane_exists && !hidden ? 1 : 0);

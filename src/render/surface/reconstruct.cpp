@@ -230,7 +230,7 @@ class Reconstruction {
 
   const Appearance* appearance_of(std::uint32_t surface) const {
     if (surface == kGroundSurface) return scene_.ground;
-    return &scene_.training_images.training_images[scene_.training_images.of_triangle[surface]];
+    return &scene_.appearances.appearances[scene_.appearances.of_triangle[surface]];
   }
 
   glm::dvec3 scene_point(std::size_t m) const {

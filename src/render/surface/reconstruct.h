@@ -58,7 +58,7 @@ void add_run(const ViewRays& rays, const Slice& slice, const SliceRun& run, cons
 struct SliceScene {
   const ViewRays& rays;
   const TriangleSections& sections;
-  const AppearanceTable& training_images;
+  const AppearanceTable& appearances;
   const Appearance* ground = nullptr;  ///< null without a ground
 };
 

@@ -68,7 +68,7 @@ std::uint64_t shade(const ViewRays& rays, const AppearanceTable& table,
       };
       while (end < n && shared(end)) ++end;
       const std::size_t k = from + begin;
-      shade_run(table.training_images[appearance],
+      shade_run(table.appearances[appearance],
                 {end - begin, slice.cosine.data() + 1 + begin, scratch.distance.data() + begin,
                  scratch.origin_x.data() + begin, scratch.origin_y.data() + begin,
                  scratch.origin_z.data() + begin, rays.direction_x.data() + k,

@@ -99,7 +99,7 @@ SurfaceView::SurfaceView(const SurfaceScene& scene, const ViewPlan& plan, Nested
       rays_(plan.acquisition, plan.fan, scene.origin_m, extent_.range_offsets_m()),
       sections_(rays_, vertices(scene.opaque.vertices_m), scene.opaque.triangles, scene.origin_m),
       ground_(make_ground(scene, rays_, plan.acquisition)),
-      slice_scene_{rays_, sections_, scene.training_images, ground_ ? &ground_->appearance() : nullptr},
+      slice_scene_{rays_, sections_, scene.appearances, ground_ ? &ground_->appearance() : nullptr},
       row_slices_(plan.acquisition, plan.n_slices, scene.opaque.vertices_m, scene.origin_m - plan.acquisition.aim_m) {
   const Acquisition& a = plan.acquisition;
   if (!scene.media.empty()) media_extent_.emplace(a, scene.media.box_m());
@@ -156,9 +156,12 @@ void SurfaceView::render_ground_around(std::size_t s, const RayRange& kept, cons
   Slice& slice = w.bare;
   slice.along_m = beside.along_m;
   slice.width_m = beside.width_m;
-  ground_->fill_alone(0, kept.count > 0 ? std::max(0, kept.first - 1) : n_el, slice);
-  slice.scale(w.slices[s].weight);
-  deposit(s, slice, w);
+  // The kept rays' own slice begins with the ray before them, and ends with the one after them.
+  if (kept.count == 0 || kept.first > 0) {
+    ground_->fill_alone(0, kept.count > 0 ? kept.first - 1 : n_el, slice);
+    slice.scale(w.slices[s].weight);
+    deposit(s, slice, w);
+  }
   if (kept.count == 0 || end >= n_el) return;
   ground_->fill_alone(end + 1, std::max(0, n_el - end - 1), slice);
   slice.scale(w.slices[s].weight);
@@ -199,7 +202,7 @@ void SurfaceView::render_slices(std::size_t first, std::size_t n, SurfaceWorker&
   if (!scene_.scene.box.empty()) angles = extent_.angles(first_along_m, last_along_m);
   const RayRange kept = rays_inside(plan_.fan, angles);
   if (kept.count > 0) {
-    w.n_hits += trace_slices(*scene_.tracer, rays_, scene_.training_images, kept.first, kept.count, block);
+    w.n_hits += trace_slices(*scene_.tracer, rays_, scene_.appearances, kept.first, kept.count, block);
   }
   RayRange through_media;
   if (media_extent_) {

@@ -122,7 +122,7 @@ class SurfaceScene {
 
   const Scene& scene;
   glm::dvec3 origin_m;  ///< of the scene frame, in which Embree works
-  AppearanceTable training_images;
+  AppearanceTable appearances;
   TriangleSubset opaque;
   std::unique_ptr<RayTracer> tracer;
   Media media;

@@ -96,14 +96,6 @@ VisibleRays::VisibleRays(const Acquisition& acquisition, const Fan& fan,
   }
 }
 
-std::uint64_t VisibleRays::n_rays() const {
-  std::uint64_t n = 0;
-  for (const auto& row : rows_) {
-    for (const RayRange& rays : row) n += static_cast<std::uint64_t>(rays.count);
-  }
-  return n;
-}
-
 GroundRays::GroundRays(const ViewRays& rays, const Appearance& appearance, double height_m)
     : rays_(rays), appearance_(appearance) {
   const Acquisition& a = rays.grid.acquisition();

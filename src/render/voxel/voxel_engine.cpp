@@ -134,8 +134,8 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
     out.warnings.push_back("the error cannot be estimated: " + unknown);
   } else if (plan.error.estimate) {
     out.error = estimate(state_->coarse ? *state_->coarse : state_->scene, state_->coarse.has_value(), plan, out.beta0, monitor);
+    if (plan.error.map) out.layers.error = std::move(out.error.map);
   }
-  if (plan.error.map && unknown.empty()) out.layers.error = std::move(out.error.map);
   out.trace_and_deposit_s = seconds_since(start);
   if (std::none_of(out.beta0.pixels().begin(), out.beta0.pixels().end(), [](float p) { return p > 0.0f; })) {
     out.warnings.push_back(explain_blank(planned, plan, BlankEvidence{out.n_hits, true}));

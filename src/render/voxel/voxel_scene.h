@@ -21,7 +21,8 @@ class VolumeSurface {
   /// `grid`: the volume's, with its transform in the frame of the points.
   VolumeSurface(const Volume& volume, const BrickView<const float>& grid);
 
-  /// Component with the largest sum of trilinear weights over the occupied voxels around the point;
+  /// Component with the largest sum of trilinear weights over the voxels around the point that have one, the occupied ones and those
+  /// beside them;
   /// `other` in volumes without components.
   Component component(const glm::vec3& point_m);
 

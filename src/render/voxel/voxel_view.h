@@ -64,7 +64,6 @@ class VisibleRays {
   VisibleRays(const Acquisition& acquisition, const Fan& fan, std::span<const Box> boxes_from_aim);
 
   std::span<const RayRange> row(int i) const { return rows_[static_cast<std::size_t>(i)]; }
-  std::uint64_t n_rays() const;
 
  private:
   std::vector<std::vector<RayRange>> rows_;

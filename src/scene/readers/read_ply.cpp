@@ -347,7 +347,7 @@ void read_faces(const MeshSource& source, PlyBody& body, ReadProgress& progress,
   std::vector<std::uint32_t> corners;
   const auto face_name = [](std::uint64_t index) { return "face " + std::to_string(index) + ": "; };
   // Equal ids come in long runs: the name is looked up only when the id changes.
-  double last_id = -1.0;
+  std::optional<double> last_id;
   std::uint32_t material = soup.materials.index("");
   for (std::uint64_t index = 0; index < element.count; ++index) {
     progress.at(body.position());

@@ -217,7 +217,7 @@ void warn_about_size(Scene& scene) {
     scene.report.warnings.push_back(std::string("the scene measures ") + rounded_text(diagonal_m) +
                                     " m from corner to corner, which is suspiciously " +
                                     (diagonal_m < kSmallest_m ? "small" : "large") +
-                                    "; set its units with --units or --scale");
+                                    "; set its units (--units and --scale, or \"units\" and \"scale\" in a scene file)");
   }
   if (!scene.ground) return;
   const double height_m = scene.box.size().y;

@@ -84,8 +84,8 @@ void VdbGridLoader::require_memory(const VdbFileGrid& grid, std::uint64_t more_b
   used_bytes_ += more_bytes;
   if (max_memory_bytes_ == 0 || used_bytes_ <= max_memory_bytes_) return;
   throw UsageError(place(file_, grid) + ": reading up to and with this grid needs about " +
-                   human_bytes(used_bytes_) + " of memory, but --max-memory allows " +
-                   human_bytes(max_memory_bytes_) + "; raise it, or resample the volume to larger voxels");
+                   human_bytes(used_bytes_) + " of memory, and " +
+                   human_bytes(max_memory_bytes_) + " are available (--max-memory); raise it, or resample the volume to larger voxels");
 }
 
 openvdb::GridBase::Ptr VdbGridLoader::load_as(const VdbFileGrid& grid, openvdb::GridBase::Ptr empty,
@@ -304,10 +304,11 @@ VdbScene read_vdb_bytes(std::string_view bytes, const std::string& name, const V
   VdbGridLoader loader(file, options.max_memory_bytes, options.monitor);
   std::vector<std::string> notes;
   Box scene_box_m;
-  VdbReading reading{loader, options, notes, scene_box_m};
+  VdbReading reading{loader, options, notes, scene_box_m, false};
   VdbScene scene(has_own_layout(file) ? read_own_layout(reading) : read_foreign_layout(reading));
   scene.notes = std::move(notes);
   scene.scene_box_m = scene_box_m;
+  scene.is_fog = reading.is_fog;
   options.monitor.report("reading", bytes.size(), bytes.size());
   return scene;
 }

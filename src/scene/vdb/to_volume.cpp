@@ -237,8 +237,8 @@ class VolumeBudget {
       throw UsageError("the volume as " + counted(n_bricks, "brick", "bricks") + " of 8 x 8 x 8 voxels with " +
                        counted(static_cast<std::uint64_t>(n_channels_), "number", "numbers") +
                        " each needs about " + human_bytes(static_cast<std::uint64_t>(needed)) +
-                       " of memory, but --max-memory allows " + human_bytes(limit_bytes_) +
-                       ", enough with voxels of " + rounded(fits) + " m instead of " +
+                       " of memory, and " + human_bytes(limit_bytes_) +
+                       " are available (--max-memory), enough with voxels of " + rounded(fits) + " m instead of " +
                        number_text(voxel_size_m_) + " m; raise it or use larger voxels");
     }
     if (n_bricks >= kNoBrick) {

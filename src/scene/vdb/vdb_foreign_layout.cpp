@@ -84,6 +84,7 @@ std::unique_ptr<VdbScene::Grids> read_foreign_layout(VdbReading& reading) {
     throw InputError(file.name + ": expected grids \"extinction\" and \"scattering\" or \"brightness\", a fog "
                                  "volume, or a level set; found " + listed_grids(file));
   }
+  reading.is_fog = fog;
   const std::string where = reading.place(*chosen);
   openvdb::FloatGrid::Ptr grid = reading.loader.load<openvdb::FloatGrid>(*chosen);
   const double metres_per_unit = options.units_m * options.scale;

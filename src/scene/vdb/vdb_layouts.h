@@ -109,6 +109,7 @@ struct VdbReading {
   const VdbReadOptions& options;
   std::vector<std::string>& notes;
   Box& scene_box_m;  ///< stays empty if the file does not state it
+  bool is_fog = false;  ///< see VdbScene::is_fog
 
   const VdbFile& file() const { return loader.file(); }
   std::string place(const VdbFileGrid& grid) const;

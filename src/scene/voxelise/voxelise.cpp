@@ -233,7 +233,7 @@ VdbScene voxelise(const Scene& scene, const VoxeliseOptions& options) {
     throw UsageError("voxels of " + number_text(options.voxel_size_m) + " m need about " +
                      std::to_string(expected >> 20) + " MiB, more than the " +
                      std::to_string(options.max_memory_bytes >> 20) +
-                     " MiB allowed; use --voxel-size " + rounded_text(fits) +
+                     " MiB that are available; use --voxel-size " + rounded_text(fits) +
                      " or larger, or raise --max-memory");
   }
   openvdb::initialize();
