@@ -130,6 +130,14 @@ void SweepFolder::create(bool with_layers) const {
   if (with_layers) make_folder(layers());
 }
 
+bool SweepFolder::described(std::size_t n_views) const {
+  try {
+    return std::filesystem::exists(report()) && read_manifest(folder_).views.size() == n_views;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 bool SweepFolder::occupied() const {
   const auto paths = {recipe(), manifest(), checksums(), images(), pngs(), layers()};
   return std::any_of(paths.begin(), paths.end(),

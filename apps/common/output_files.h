@@ -59,6 +59,9 @@ class SweepFolder {
 
   void create(bool with_layers) const;
 
+  /// Whether report and manifest are there, the manifest with so many views. One that is missing or damaged is made again.
+  bool described(std::size_t n_views) const;
+
   /// Whether the folder contains any file or subfolder of a sweep.
   bool occupied() const;
 

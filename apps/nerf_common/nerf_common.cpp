@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/image_file.h"
@@ -24,7 +25,6 @@ namespace sarnerf::app {
 namespace {
 
 constexpr std::size_t kFewViews = 48, kEvery = 12;
-constexpr double kSameAngle_deg = 1e-6;
 
 }  // namespace
 
@@ -33,13 +33,6 @@ Holdout parse_holdout(const std::string& text) {
   if (text.find_first_of(".%") != std::string::npos)
     return {Holdout::Kind::part, parse_part("--holdout", text, 0.0, 0.99), text};
   return {Holdout::Kind::count, static_cast<double>(parse_whole("--holdout", text, 0, 10'000'000)), text};
-}
-
-std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most) {
-  const std::size_t n = std::min(count, most);
-  std::vector<std::size_t> places(n);
-  for (std::size_t k = 0; k < n; ++k) places[k] = (2 * k + 1) * count / (2 * n);
-  return places;
 }
 
 std::vector<std::size_t> held_out_views(std::span<const DatasetView> views,
@@ -70,11 +63,6 @@ std::vector<std::size_t> held_out_views(std::span<const DatasetView> views,
   for (const std::size_t place : spread_indices(n_views, n)) chosen.push_back(order[place]);
   std::sort(chosen.begin(), chosen.end());
   return chosen;
-}
-
-bool same_angles(const DatasetView& a, const DatasetView& b) {
-  return std::abs(std::remainder(a.azimuth_deg - b.azimuth_deg, 360.0)) < kSameAngle_deg &&
-         std::abs(a.incidence_deg - b.incidence_deg) < kSameAngle_deg && a.look == b.look;
 }
 
 std::vector<std::size_t> unseen_views(std::span<const DatasetView> views,
@@ -127,8 +115,10 @@ std::string lpips_missing(const std::filesystem::path& weights, std::span<const 
 RegisteredSet registered_training_set(std::vector<PosedImage> images, const Box& scene_box_m, const SceneHeights& heights,
                                       const std::optional<Resolution>& resolution, const GroundRule& ground_rule,
                                       const Monitor& monitor) {
+  const std::vector<Outlier> outliers = limit_outliers(images);  // one of them would decide its view's correlations
   register_views(images, kCut_pixels, 0.0, monitor);
   RegisteredSet result{training_set(std::move(images), scene_box_m, heights, resolution, ground_rule), {}};
+  result.set.outliers = outliers;
   result.set.exact_poses = false;
   result.registered = result.set.images;
   for (auto* list : {&result.set.images, &result.set.deconvolved})

@@ -34,12 +34,6 @@ Holdout parse_holdout(const std::string& text);
 /// every view. Throws UsageError if no view is left to learn from.
 std::vector<std::size_t> held_out_views(std::span<const DatasetView> views, const Holdout& holdout);
 
-/// Up to `most` of `count` indices, evenly spread; the first is half a step in.
-std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most);
-
-/// Whether two views have the same azimuth and incidence, to a millionth of a degree, and the same look side.
-bool same_angles(const DatasetView& a, const DatasetView& b);
-
 /// Indices of the views whose angles no training view has.
 std::vector<std::size_t> unseen_views(std::span<const DatasetView> views,
                                       std::span<const DatasetView> training);

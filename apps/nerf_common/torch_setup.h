@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -9,6 +10,9 @@
 #include "sarnerf/nerf/model_file.h"
 
 namespace sarnerf::app {
+
+/// Memory of LibTorch and a program, before images, grids and models.
+inline constexpr std::uint64_t kBaseMemory_bytes = 600ull << 20;
 
 /// Limits the threads of LibTorch and of its linear algebra; ThreadLimit limits those of the native loops. If
 /// LibTorch only adds up short arrays, as for the field `grid`, one thread is best: its waiting threads would take

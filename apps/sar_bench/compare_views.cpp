@@ -39,15 +39,9 @@ struct Views {
   const Image<float>* image_of(const DatasetView& wanted) const;
 };
 
-bool is_same_view(const DatasetView& a, const DatasetView& b) {
-  constexpr double kAlike_deg = 0.01;
-  const double turn_deg = std::remainder(a.azimuth_deg - b.azimuth_deg, 360.0);
-  return std::abs(turn_deg) < kAlike_deg && std::abs(a.incidence_deg - b.incidence_deg) < kAlike_deg;
-}
-
 const Image<float>* Views::image_of(const DatasetView& wanted) const {
   for (std::size_t n = 0; n < images.size(); ++n) {
-    if (!is_same_view(dataset.views[n], wanted)) continue;
+    if (!same_angles(dataset.views[n], wanted)) continue;
     const Image<float>& image = images[n].power;
     if (image.n_azimuth() != wanted.n_azimuth || image.n_range() != wanted.n_range)
       throw UsageError(format("%s: the view at azimuth %g, incidence %g degrees has %d x %d pixels, the first dataset's has %d x %d",
@@ -94,7 +88,7 @@ void run_strip_command(const StripOptions& o, app::Console& console) {
   std::vector<DatasetView> trained;
   if (!o.trained.empty()) trained = read_manifest(o.trained).views;
   const auto is_trained = [&](const DatasetView& view) {
-    return std::any_of(trained.begin(), trained.end(), [&](const DatasetView& t) { return is_same_view(t, view); });
+    return std::any_of(trained.begin(), trained.end(), [&](const DatasetView& t) { return same_angles(t, view); });
   };
   float white = 0.0f;
   for (const PosedImage& image : rows.front().images) white = std::max(white, white_level(image.power));

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "console.h"
 #include "process.h"
@@ -50,6 +51,7 @@ struct Scores {
 struct Truth {
   TruthSurface surface;
   TruthVolumeChoice volume;
+  std::vector<std::filesystem::path> files;  ///< the scene, and those that it names
 };
 
 /// Reads the truth. Reports on the console what was repaired, and how the volume is determined (truth_volume())

@@ -25,9 +25,6 @@ namespace {
 
 constexpr const char* kProgram = "sar_extract";
 
-/// Memory of LibTorch and the program, before any grid.
-constexpr std::uint64_t kBaseMemory = 600ull << 20;
-
 struct Paths {
   std::filesystem::path volume, recipe, report;
 };
@@ -38,7 +35,10 @@ Paths paths_of(const Options& o) {
   return {o.output, with_ending(base, ".json"), with_ending(base, ".report.json")};
 }
 
-Json request_of(const Options& o, const std::string& model_sha256) {
+bool is_scene_file(const std::filesystem::path& truth) { return truth.extension() == ".json"; }
+
+/// `truth`: if it has been read. Of a scene file, the meshes that it names decide, too.
+Json request_of(const Options& o, const std::string& model_sha256, const std::optional<Truth>& truth) {
   const ExtractOptions& e = o.extract;
   Json j;
   j["model"] = {{"file", model_file(o.model).filename().string()}, {"sha256", model_sha256}};
@@ -57,6 +57,11 @@ Json request_of(const Options& o, const std::string& model_sha256) {
                   {"scale", o.truth_options.scale},
                   {"up", o.truth_options.up == UpAxis::z ? "z" : "y"},
                   {"images", o.images}};
+  if (truth && is_scene_file(o.truth)) {
+    j["truth"]["files"] = Json::array();
+    for (const auto& path : truth->files)
+      if (path != o.truth) j["truth"]["files"].push_back({{"file", path.filename().string()}, {"sha256", sha256_of_file(path)}});
+  }
   return valid_text(j);
 }
 
@@ -170,7 +175,9 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   require_places(o, paths);
   const std::string sha256 = sha256_of_file(model_file(o.model));
   if (o.dry_run) return plan_text(o, read_model(model_file(o.model))) + "\n";
-  const Json request = request_of(o, sha256);
+  std::optional<Truth> truth;
+  if (is_scene_file(o.truth)) truth = load_truth(o, console, monitor);
+  const Json request = request_of(o, sha256, truth);
   const std::vector<std::filesystem::path> outputs = outputs_of(o, paths);
   for (const auto& path : outputs)
     if (!path.parent_path().empty()) make_folder(path.parent_path());
@@ -186,23 +193,23 @@ std::string extract_and_write(const Options& o, Console& console, const Monitor&
   use_torch_threads(mlp ? o.shared.n_threads : 1);
   if (mlp) warn_of_slow_blas(mlp->kernel(), console);
   if (o.explain) console.asked_for(plan_text(o, model));
-  std::optional<Truth> truth;  // read before the work, so that a bad file wastes none
-  if (!o.truth.empty()) truth = load_truth(o, console, monitor);
+  // Read before the work, so that a bad file wastes none.
+  if (!o.truth.empty() && !truth) truth = load_truth(o, console, monitor);
 
   ExtractOptions options = o.extract;
   options.model_sha256 = sha256;
   options.monitor = monitor;
   if (const MemoryLimit limit = memory_limit(o.shared); limit.bytes > 0) {
-    if (limit.bytes <= kBaseMemory)
-      throw UsageError("about " + bytes_text(kBaseMemory) + " are needed before any voxel, and " + limit.text());
-    options.max_memory_bytes = limit.bytes - kBaseMemory;
+    if (limit.bytes <= kBaseMemory_bytes)
+      throw UsageError("about " + bytes_text(kBaseMemory_bytes) + " are needed before any voxel, and " + limit.text());
+    options.max_memory_bytes = limit.bytes - kBaseMemory_bytes;
   }
   Extraction extraction = extract(model, options);
   tell(o, model, extraction, console);
   std::optional<Scores> scores;
   if (truth)
     scores = score_mesh(*truth, extraction.mesh, witnesses_of(o, model.info, console, monitor),
-                        {extraction.box_m, extraction.voxel_size_m}, o.extract.ground_height_m, console, monitor);
+                        {extraction.box_m, extraction.voxel_size_m}, extraction.floor_m, console, monitor);
   monitor.check();
 
   // If the machine stops between the renames, no old recipe must stand beside new files.

@@ -94,13 +94,6 @@ void add_options(CommandLine& command, Options& o) {
   command.add("--truth", o.truth, truth_file(), "Mesh or scene to compare with: OBJ, PLY, STL, OFF, .json");
   command.add("--score", o.score, path("MESH"),
               "Score this mesh instead of extracting one: with --truth, and views from MODEL, which may be a dataset folder");
-  command.then([&] {
-    if (o.score.empty()) return;
-    if (o.truth.empty()) throw UsageError("--score: expected --truth, the mesh to compare with; give it, too");
-    require_scene_file(o.score);
-    for (const char* name : {"--mesh", "OUT"})
-      if (command.given(name)) throw UsageError(std::string("--score extracts nothing: leave out ") + name);
-  });
   command.add("--truth-units", o.truth_options.units_m, units_m(),
               "Of the truth: m, cm, mm, km, ft, in, or metres as a number");
   command.add("--truth-scale", o.truth_options.scale, positive("FACTOR"), "Extra factor on the truth's coordinates");
@@ -108,6 +101,17 @@ void add_options(CommandLine& command, Options& o) {
               "Axis that points up in the truth");
   command.add("--images", o.images, made_by("FOLDER|auto|none", dataset_folder, "auto"),
               "Training images, for the carving baseline; auto: where the model says");
+
+  command.then([&] {
+    if (o.score.empty()) return;
+    if (o.truth.empty()) throw UsageError("--score: expected --truth, the mesh to compare with; give it, too");
+    require_scene_file(o.score);
+    for (const char* name : {"--mesh", "OUT", "--threshold", "--unseen"})
+      if (command.given(name)) throw UsageError(std::string("--score extracts nothing: leave out ") + name);
+    if (o.extract.resolution == 0) throw UsageError("--score extracts nothing: --resolution is that of carving, and needs a number");
+    if (o.images != "auto" && o.images != "none" && std::filesystem::exists(o.model / "dataset.json"))
+      throw UsageError("--images: MODEL is a dataset, whose images carving takes; leave out --images, or say none");
+  });
 
   command.add_shared_options();
   command.then([&] {

@@ -45,9 +45,11 @@ std::vector<PosedImage> training_images(const Options& o, const ModelInfo& info,
     const Dataset dataset = read_manifest(folder);
     if (o.images == "auto" && dataset_fingerprint(folder, dataset, monitor) != info.dataset_sha256)
       throw InputError(folder.string() + ": other images than those of the training");
-    std::vector<std::size_t> all(dataset.views.size());
-    std::iota(all.begin(), all.end(), std::size_t{0});
-    return load_images(folder, dataset, all, monitor);
+    std::vector<std::size_t> of_training;
+    for (std::size_t n = 0; n < dataset.views.size(); ++n)
+      if (std::ranges::count(info.training_views, dataset.views[n].image, &DatasetView::image) > 0) of_training.push_back(n);
+    if (of_training.empty()) throw InputError(folder.string() + ": has no image of a name that the model was learned from");
+    return load_images(folder, dataset, of_training, monitor);
   } catch (const InputError& error) {
     if (o.images != "auto") throw;
     console.note(std::string("the carving baseline is left out (--images): ") + error.what());
@@ -84,7 +86,8 @@ Json score_json(const SurfaceScore& s) {
           {"completeness_alone_m", s.completeness_alone_m},
           {"completeness_laid_over_m", s.completeness_laid_over_m},
           {"laid_over_fraction", s.laid_over_fraction},
-          {"column_spacing_m", s.column_spacing_m}};
+          {"column_spacing_m", s.column_spacing_m},
+          {"open_fraction", s.open_fraction}};
 }
 
 Box box_of(const SurfaceMesh& mesh) {
@@ -133,7 +136,7 @@ Truth load_truth(const Options& o, Console& console, const Monitor& monitor) {
   const Scene scene = load_scene(o.truth, options);
   for (const std::string& note : scene.report.notes) console.detail(note);
   for (const std::string& warning : scene.report.warnings) console.warning(warning);
-  Truth truth{truth_of(scene), {}};
+  Truth truth{truth_of(scene), {}, scene.report.files};
   ScoreOptions score_options;
   score_options.monitor = monitor;
   truth.volume = truth_volume(truth.surface, score_options);
@@ -159,6 +162,10 @@ Scores score_mesh(const Truth& truth, const SurfaceMesh& mesh, const Witnesses& 
   scores.truth_volume = truth.volume;
   warn_if_apart(mesh, truth.surface.all, console);
   scores.extracted = score(mesh, truth.surface, witnesses.views, options);
+  constexpr double kHoles = 0.01;
+  if (scores.extracted.open_fraction > kHoles)
+    console.warning(format("the mesh has holes: %.0f %% of the vertical lines through it do not leave where they entered; its volume, and all "
+                           "scores of volumes, are unreliable", 100.0 * scores.extracted.open_fraction));
   const double ratio = scores.extracted.size_ratio;
   if (ratio > 0.0 && (ratio > kOtherUnits || ratio < 1.0 / kOtherUnits)) {
     char text[200];
@@ -196,8 +203,14 @@ Witnesses witnesses_of_dataset(const std::filesystem::path& folder, bool with_im
 std::string score_and_write(const Options& o, Console& console, const Monitor& monitor) {
   const std::filesystem::path output = o.score.string() + ".score.json";
   const std::vector<std::filesystem::path> inputs{o.model, o.truth, o.score, o.shared.config_file};
-  refuse_input(output, inputs);
-  if (!o.preview.empty()) refuse_input(o.preview, inputs);
+  for (const auto& path : {output, o.preview}) {
+    if (path.empty()) continue;
+    refuse_input(path, inputs);
+    if (!o.overwrite && std::filesystem::exists(path)) throw UsageError(path.string() + ": exists; allow --overwrite");
+  }
+  if (o.dry_run)
+    return "plan\n  score     " + o.score.string() + " against " + o.truth.string() + ", with the views of " + o.model.string() +
+           "\n  output    " + output.string() + (o.preview.empty() ? "" : ", " + o.preview.string()) + "\n";
   const bool of_dataset = std::filesystem::exists(o.model / "dataset.json");
   const Truth truth = load_truth(o, console, monitor);
   LoadOptions as_it_is;
@@ -272,12 +285,12 @@ std::string details_of(const Extraction& x) {
   std::string text = markdown_table(
       {{"grid"}, {"type"}, {"voxels", Align::right}, {"box x, y, z (m)"}, {"memory", Align::right}}, rows);
   for (const auto& [name, value] : volume.metadata) text += name + ": " + value + "\n";
-  if (x.n_components > 0) return text;  // a surface
+  if (x.is_surface) return text;
   return text + format("threshold %.3g per metre\n", x.threshold_per_m);
 }
 
 std::string closing_line(const Extraction& x, const std::optional<Scores>& scores) {
-  const bool surface = x.n_components > 0;
+  const bool surface = x.is_surface;
   std::string text = format("%s: %zu triangles, down to %.3g m, from voxels of %.3g m", surface ? "surface" : "matter",
                             x.mesh.triangles.size(), x.bottom_m, x.voxel_size_m);
   if (!surface) text += format(", where extinction is at least %.3g per metre", x.threshold_per_m);

@@ -296,7 +296,7 @@ std::string write_dataset(const Options& o, const Choice& choice, Console& conso
   Import import(o, choice.chosen, folder);
   const std::string n_all = counted(choice.chosen.size(), "image");
   const std::string result = folder.manifest().string() + "\n" + summary_text(choice);
-  if (import.n_before() == choice.chosen.size() && std::filesystem::exists(folder.report())) {
+  if (import.n_before() == choice.chosen.size() && folder.described(choice.chosen.size())) {
     console.note(import.n_before() == 1 ? "already done: the image of the same recipe is there, nothing was written"
                                          : "already done: all " + n_all + " of the same recipe are there, nothing was written");
     return result;

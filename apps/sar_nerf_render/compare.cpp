@@ -10,6 +10,7 @@
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
+#include "sarnerf/evaluation/baseline.h"
 #include "sarnerf/evaluation/evaluation.h"
 #include "sarnerf/dataset/manifest.h"
 #include "sarnerf/dataset/posed_image.h"
@@ -18,10 +19,17 @@
 
 namespace sarnerf::app {
 
+namespace {
+
+std::filesystem::path training_folder(const Job& job) {
+  return job.options.training.empty() ? std::filesystem::path(job.model.info.dataset) : job.options.training;
+}
+
+}  // namespace
+
 std::vector<PosedImage> training_images(const Job& job, const Monitor& monitor) {
   const ModelInfo& info = job.model.info;
-  const std::filesystem::path folder =
-      job.options.training.empty() ? std::filesystem::path(info.dataset) : job.options.training;
+  const std::filesystem::path folder = training_folder(job);
   const Dataset dataset = read_manifest(folder);
   if (dataset_fingerprint(folder, dataset, monitor) != info.dataset_sha256)
     throw InputError(folder.string() + ": is not the dataset that the model was learned from: its SHA-256 is another");
@@ -39,10 +47,13 @@ std::vector<PosedImage> training_images(const Job& job, const Monitor& monitor) 
 
 namespace {
 
-/// The training images for the baselines; none, with a warning, if they no longer exist.
+/// The training images for the baselines, registered to one another if their poses are not exact, as sar_nerf_train does it; none, with
+/// a warning, if they no longer exist.
 std::vector<PosedImage> images_for_baselines(const Job& job, Console& console, const Monitor& monitor) {
   try {
-    return training_images(job, monitor);
+    std::vector<PosedImage> images = training_images(job, monitor);
+    if (!read_manifest(training_folder(job)).exact_poses) register_views(images, kCut_pixels, 0.0, monitor);
+    return images;
   } catch (const InputError& e) {
     if (!job.options.training.empty()) throw;
     console.warning(std::string("no baselines, for the training images are not there any more (") +
@@ -136,6 +147,7 @@ std::string compare(const Job& job, Console& console, const Monitor& monitor) {
   const Evaluation evaluation = evaluate(truth, predictions, training, settings, monitor);
 
   std::optional<Evaluation> averaged;
+  settings.oracle_registered = !against.exact_poses;
   if (despeckled)
     averaged = evaluate_despeckled(*despeckled, predictions, training, settings, monitor);
 

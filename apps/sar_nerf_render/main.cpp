@@ -24,9 +24,6 @@ namespace sarnerf::app {
 
 namespace {
 
-/// Memory of LibTorch and the program. A few images are added to it; the model is not counted.
-constexpr std::uint64_t kBaseMemory = 600ull << 20;
-
 /// The views of the dataset --views, without its files.
 std::vector<DatasetView> views_of_dataset(const std::filesystem::path& folder, const ModelInfo& info) {
   constexpr double kSameAim_m = 1e-3;
@@ -212,7 +209,8 @@ void refuse_countless_bins(const Job& job) {
   constexpr double kMostBins = 16384.0;
   const Box box_m = job.model.field->occupied_box_m();
   if (box_m.empty()) return;
-  const double depth_m = glm::length(box_m.size()), bin_m = job.views.front().range_spacing_m;
+  const double depth_m = glm::length(box_m.size()),
+               bin_m = std::ranges::min(job.views, {}, &DatasetView::range_spacing_m).range_spacing_m;
   if (depth_m <= kMostBins * bin_m) return;
   char text[200];
   std::snprintf(text, sizeof text,
@@ -227,7 +225,7 @@ void refuse_beyond_memory(const Job& job) {
   std::uint64_t most_pixels = 0;
   for (const DatasetView& v : job.views)
     most_pixels = std::max(most_pixels, static_cast<std::uint64_t>(v.n_azimuth) * static_cast<std::uint64_t>(v.n_range));
-  const std::uint64_t needed = kBaseMemory + 16ull * most_pixels;
+  const std::uint64_t needed = kBaseMemory_bytes + 16ull * most_pixels;
   if (!limit.allows(needed))
     throw UsageError("about " + bytes_text(needed) + " are needed, and " + limit.text() + "; make the image smaller");
 }
@@ -243,7 +241,7 @@ Job prepare(const Options& options, Console& console, const Monitor& monitor) {
   job.quantity = options.quantity.value_or(job.model.info.quantity);
   job.views = views_of(options, job.model.info);
   if (const auto& r = job.model.field->resolution)  // refuses an impossible response before anything is written
-    impulse_response(*r, job.views.front().azimuth_spacing_m, job.views.front().range_spacing_m);
+    for (const DatasetView& v : job.views) impulse_response(*r, v.azimuth_spacing_m, v.range_spacing_m);
   job.clutter = clutter_of(job, monitor);
   job.request = request_of(job, file);
   refuse_beyond_memory(job);
@@ -314,7 +312,8 @@ std::string explain(const Job& job) {
          speckle_text(job.clutter) +
          (job.model.field->kind() == "paper" ? "\n  left out  rows and rays that miss the scene's box"
                                              : "\n  left out  rows and rays that miss the occupied part of the field; the rest of a ray "
-                                               "behind an optical depth of 20") +
+                                               "behind an optical depth of " +
+                                                   format("%.3g", end_depth_of_views(*job.model.field))) +
          "\n  output    " + place;
 }
 

@@ -99,6 +99,11 @@ void add_options(CommandLine& command, Options& o) {
               "Speckle of so many looks (1 to 1000); training: with looks and width as in the training images; none: the mean");
   command.add("--seed", o.seed, whole("N", 0, std::numeric_limits<std::int64_t>::max()), "Of the speckle; each view has its own, too");
 
+  command.then([&] {
+    if (command.given("--seed") && !command.given("--looks"))
+      throw UsageError("--seed is that of the speckle: give --looks, too, or leave it out");
+  });
+
   command.begin_group("Comparison");
   command.add("--against", o.against, made_by("FOLDER", dataset_folder),
               "Predict this dataset's views and print their scores; those trained on are left out");

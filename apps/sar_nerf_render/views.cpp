@@ -138,7 +138,7 @@ std::string write_sweep(const Job& job, Console& console, const Monitor& monitor
   }
   const auto n_before = static_cast<std::size_t>(std::count(finished.begin(), finished.end(), 1));
   const std::string result = folder.manifest().string() + "\n";
-  if (n_before == n_views && std::filesystem::exists(folder.report())) {
+  if (n_before == n_views && folder.described(n_views)) {
     console.note("already done: all " + std::to_string(n_views) +
                  " views of the same recipe are there, nothing was rendered");
     return result;

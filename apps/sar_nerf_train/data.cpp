@@ -11,13 +11,11 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/manifest.h"
+#include "torch_setup.h"
 #include "values.h"
 
 namespace sarnerf::app {
 namespace {
-
-/// Memory of LibTorch, of the program, and of all that grows with neither images nor field.
-constexpr std::uint64_t kBaseMemory = 600ull << 20;
 
 std::uint64_t image_bytes(const std::vector<DatasetView>& views) {
   std::uint64_t bytes = 0;
@@ -27,7 +25,7 @@ std::uint64_t image_bytes(const std::vector<DatasetView>& views) {
 }
 
 void refuse_beyond_memory(const Options& o, const std::vector<DatasetView>& all) {
-  const std::uint64_t needed = kBaseMemory + image_bytes(all);
+  const std::uint64_t needed = kBaseMemory_bytes + image_bytes(all);
   const MemoryLimit limit = memory_limit(o.shared);
   if (limit.allows(needed)) return;
   throw UsageError("the images of " + counted(all.size(), "view") +
@@ -69,6 +67,7 @@ void tell_oddities(const Options& o, const Data& data, Console& console) {
   if (data.dataset.quantity == Quantity::amplitude)
     console.note(o.dataset.string() +
                  " holds amplitudes: they are squared, power is what is learned");
+  if (o.heights.above_ground_m && !data.set.ground) console.warning("--scene-height has no effect: the images show no ground");
   for (const Outlier& outlier : data.set.outliers) console.warning(outlier_text(outlier, data.set.images));
   if (views.size() == 1)
     console.warning(
@@ -151,6 +150,9 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   const bool literal = o.field == "paper";
   if (literal && o.registers.value_or(false))
     throw UsageError("--register on: --field paper is the method of the paper, which shifts no views; leave it out, or take another field");
+  if (literal && (o.heights.ground_m || o.heights.above_ground_m || o.resolution.resolution))
+    throw UsageError("--ground-height, --scene-height, --resolution: --field paper is the method of the paper, which knows neither a ground "
+                     "nor an impulse response; leave them out, or take another field");
   const bool registers = !literal && o.registers.value_or(!data.dataset.exact_poses);
   std::vector<PosedImage> images = load_images(o.dataset, data.dataset, training, monitor);
   const std::optional<Resolution> resolution = usable_resolution(o, data.dataset, console);
@@ -171,7 +173,8 @@ Data load_data(const Options& o, Console& console, const Monitor& monitor) {
   for (PosedImage& image : data.validation) image.acquisition.aim_m = glm::dvec3(0.0);
   for (const Outlier& outlier : limit_outliers(data.validation))
     console.warning("of the views to compare with: " + outlier_text(outlier, data.validation));
-  data.despeckled = despeckled_if_asked(o.despeckle_deg, data.validation, data.dataset.exact_poses, monitor);
+  const bool exact_poses = (held_out.empty() || data.dataset.exact_poses) && (unseen.empty() || other.exact_poses);
+  data.despeckled = despeckled_if_asked(o.despeckle_deg, data.validation, exact_poses, monitor);
   tell_oddities(o, data, console);
   return data;
 }

@@ -13,6 +13,7 @@
 #include "nerf_common.h"
 #include "process.h"
 #include "sarnerf/core/files.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
@@ -57,7 +58,8 @@ Image<float> amplitudes(Image<float> power) {
   return power;
 }
 
-/// The images for the baselines: those that the field learned from, registered to one another, without the field's shifts and gains.
+/// The images for the baselines: those that the field learned from. Where their poses are not exact, as they were registered to one
+/// another before training, without the field's shifts and gains.
 std::vector<PosedImage> baseline_images(const ReportInput& in) {
   return in.data.registered.empty() ? in.trainer.set().images : in.data.registered;
 }

@@ -184,8 +184,10 @@ void require_longer(const Options& o, const RunState& state) {
   if (!o.time_s && o.steps < state.steps)
     throw UsageError("--steps " + std::to_string(o.steps) + ": the run has done " +
                      std::to_string(state.steps) + " already; ask for more");
-  if (o.time_s && !state.finished && *o.time_s <= state.seconds)
-    throw UsageError(format("--time: the run has taken %.4g s already; allow more", state.seconds));
+  const bool same_end = state.finished && o.time_s == state.time_s;
+  const double taken_s = std::max(state.seconds, state.finished ? state.time_s : 0.0);
+  if (o.time_s && !same_end && *o.time_s <= taken_s)
+    throw UsageError(format("--time: the run has taken %.4g s already; allow more", taken_s));
 }
 
 }  // namespace
@@ -210,7 +212,7 @@ Start start_run(const Options& o, const RunFolder& folder, const std::string& co
       try {
         start.checkpoint = read_archive(folder.checkpoint());
       } catch (const CheckpointError& error) {
-        throw CheckpointError(std::string(error.what()) + "; the same command with --overwrite begins again");
+        throw CheckpointError(std::string(error.what()) + "; sar_nerf_train of its dataset, -o " + folder.path().string() + " and --overwrite begin again");
       }
       const RunState state = run_state(*start.checkpoint, folder.checkpoint().string());
       if (state.dataset_sha256 != fingerprint)
@@ -219,7 +221,8 @@ Start start_run(const Options& o, const RunFolder& folder, const std::string& co
       const bool same_length = config_difference(folder.config(), config, true).empty();
       start.done = state.finished && same_length && is_there(folder.report()) && is_whole_model(folder.model());
       if (start.done) return start;
-      if (state.finished && same_length)
+      const bool complete = o.time_s ? o.time_s == state.time_s : state.steps >= o.steps;
+      if (state.finished && same_length && complete)
         console.note(folder.path().string() + ": trained, but its model or report is missing or damaged: they are made again");
       else
         console.note("continuing after " + counted(static_cast<std::uint64_t>(state.steps), "step"));

@@ -16,6 +16,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/metrics.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/evaluation/evaluation.h"
@@ -189,8 +190,7 @@ double Curve::measure(const LearnedField& field) {
   double sum_db = 0.0;
   for (const std::size_t n : views_) {
     const PosedImage& truth = validation_[n];
-    sum_db += std::min(kMostPsnr_db,
-                       psnr_db(render_view(field, truth.acquisition), truth.power, peak_power_));
+    sum_db += capped_psnr_db(render_view(field, truth.acquisition), truth.power, peak_power_);
   }
   last_db_ = sum_db / static_cast<double>(views_.size());
   spent_s_ += watch.seconds();

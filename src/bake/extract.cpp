@@ -88,11 +88,11 @@ void require_ground_at(const Model& model, const Box& matter_m, const ExtractOpt
   const double bottom_m = std::min(model.info.scene_box_m.min.y, model.info.aim_m.y + matter_m.min.y);
   if (ground_m >= top_m)
     throw UsageError(format("--ground-height: %.6g m lies above all that was learned, which spans heights of %.4g to %.4g m, "
-                            "so that nothing is left; leave it out, and the body ends where returns do",
+                            "so that nothing is left; leave it out, and the body ends at the learned ground or where views show none of it",
                             ground_m, bottom_m, top_m));
   if (ground_m < bottom_m - (top_m - bottom_m))
     throw UsageError(format("--ground-height: %.6g m lies farther below the scene, which spans heights of %.4g to %.4g m, than "
-                            "that is high; leave it out, and the body ends where returns do",
+                            "that is high; leave it out, and the body ends at the learned ground or where views show none of it",
                             ground_m, bottom_m, top_m));
 }
 
@@ -104,10 +104,12 @@ void require_ground_at(const Model& model, const Box& matter_m, const ExtractOpt
                           low.x, high.x, low.y, high.y, low.z, high.z));
 }
 
-/// The distance alone bounds the body of a surface.
-void require_no_threshold(const ExtractOptions& options) {
-  if (options.threshold_per_m)
+/// The distance alone bounds the body of a surface; fog has a threshold, and no surface that could be closed.
+void require_options_of(bool surface, const ExtractOptions& options) {
+  if (surface && options.threshold_per_m)
     throw UsageError("--threshold: the field of this model is a surface, which bounds the body without it; leave it out");
+  if (!surface && options.unseen)
+    throw UsageError("--unseen: the field of this model is fog, whose body is where --threshold is reached; leave it out");
 }
 
 Setup set_up(const Model& model, const ExtractOptions& options) {
@@ -117,7 +119,7 @@ Setup set_up(const Model& model, const ExtractOptions& options) {
   s.grid = dynamic_cast<const GridField*>(model.field.get());
   s.mlp = dynamic_cast<const MlpField*>(model.field.get());
   s.surface = dynamic_cast<const SurfaceField*>(model.field.get());
-  if (s.surface != nullptr) require_no_threshold(options);
+  require_options_of(s.surface != nullptr, options);
   require_ground_at(model, s.matter_m, options);
   for (const DatasetView& view : model.info.training_views) s.views.push_back(acquisition_of(view, glm::dvec3(0.0)));
   const double field_voxel_m = model.field->voxel_size_m();
@@ -219,12 +221,13 @@ Box within(const Box& a, const Box& b) { return {glm::max(a.min, b.min), glm::mi
 Extraction extract_surface(const Model& model, const Setup& setup, const ExtractOptions& options) {
   Stopwatch clock;
   Extraction result;
+  result.is_surface = true;
   const glm::dvec3 aim_m = model.info.aim_m;
   result.part_outside = setup.part_outside;
   result.voxel_size_m = setup.lattice.transform.voxel_size_m;
   result.box_m = setup.box_m(aim_m);
   const std::optional<double> floor_m = floor_of(options, setup.surface->ground.get(), aim_m);
-  result.bottom_was_given = floor_m.has_value();
+  if (floor_m) result.floor_m = aim_m.y + *floor_m;
   GridTransform in_world = setup.lattice.transform;
   in_world.origin_m += aim_m;
   openvdb::FloatGrid::Ptr distance = surface_distance(*setup.surface, setup.lattice, in_world, floor_m, options.max_memory_bytes,
@@ -293,8 +296,8 @@ Extraction extract(const Model& model, const ExtractOptions& options) {
     learned = resampled(learned, lattice, options.max_memory_bytes, options.monitor);
   result.seconds.field = clock.lap();
 
-  const std::optional<double> floor_m = floor_of(options, grid != nullptr ? grid->ground.get() : nullptr, aim_m);
-  result.bottom_was_given = floor_m.has_value();
+  const std::optional<double> floor_m = floor_of(options, grid != nullptr ? grid->ground.get() : setup.mlp->ground.get(), aim_m);
+  if (floor_m) result.floor_m = aim_m.y + *floor_m;
   result.bottom_m = floor_m.value_or(matter_m.min.y) + aim_m.y;
   const openvdb::FloatGrid::Ptr occupancy = occupancy_above(learned, result.threshold_per_m, floor_m);
   result.seconds.body = clock.lap();

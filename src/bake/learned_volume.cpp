@@ -25,7 +25,7 @@ void require_memory(std::uint64_t needed, double voxel_size_m, std::uint64_t max
   if (max_memory_bytes == 0 || needed <= max_memory_bytes) return;
   // Occupied voxels form a layer: twice as large voxels need a quarter of the memory.
   const double larger = voxel_size_m * std::sqrt(static_cast<double>(needed) / static_cast<double>(max_memory_bytes));
-  throw UsageError(format("about %.0f MiB are needed for voxels of %.3g m, more than --max-memory allows (%.0f MiB left); "
+  throw UsageError(format("about %.0f MiB are needed for voxels of %.3g m, and %.0f MiB are left of --max-memory; "
                           "voxels of %.2g m would do (--resolution)",
                           static_cast<double>(needed) / 1048576.0, voxel_size_m,
                           static_cast<double>(max_memory_bytes) / 1048576.0, 1.1 * larger));

@@ -67,6 +67,10 @@ double psnr_db(const Image<float>& image, const Image<float>& reference, double 
   return mean == 0.0 ? kInfinity : 10.0 * std::log10(peak * peak / mean);
 }
 
+double capped_psnr_db(const Image<float>& image, const Image<float>& reference, double peak) {
+  return std::min(psnr_db(image, reference, peak), kMostPsnr_db);
+}
+
 double log_amplitude_error_db(const Image<float>& power, const Image<float>& reference, double peak,
                               double range_db) {
   require_same_size(power, reference);

@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/core/numbers.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 namespace sarnerf {
+
+std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most) {
+  const std::size_t n = std::min(count, most);
+  std::vector<std::size_t> indices(n);
+  for (std::size_t k = 0; k < n; ++k) indices[k] = (2 * k + 1) * count / (2 * n);
+  return indices;
+}
 
 std::string decimal_text(long long m, int e) {
   std::string digits = std::to_string(m);

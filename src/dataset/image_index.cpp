@@ -223,14 +223,18 @@ std::vector<fs::path> image_files(const fs::path& folder) {
   std::error_code code;
   fs::recursive_directory_iterator walk(folder, code);
   if (code) throw InputError(folder.string() + ": expected a folder of images: " + code.message());
-  for (auto at = fs::begin(walk); at != fs::end(walk); at.increment(code)) {
+  for (auto at = fs::begin(walk); at != fs::end(walk);) {
     const fs::directory_entry& entry = *at;
-    if (entry.is_directory(code) && fs::exists(entry.path() / kManifestName, code))
+    std::error_code ignored;
+    if (entry.is_directory(ignored) && fs::exists(entry.path() / kManifestName, ignored))
       at.disable_recursion_pending();
     const std::string ending = lower(entry.path().extension().string());
-    if (entry.is_regular_file(code) &&
+    if (entry.is_regular_file(ignored) &&
         std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end())
       files.push_back(entry.path());
+    const fs::path last = entry.path();
+    at.increment(code);
+    if (code) throw InputError(last.string() + ": expected a folder that can be read: " + code.message());
   }
   std::sort(files.begin(), files.end());
   return files;

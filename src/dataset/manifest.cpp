@@ -20,6 +20,12 @@
 
 namespace sarnerf {
 
+bool same_angles(const DatasetView& a, const DatasetView& b) {
+  constexpr double kSame_deg = 1e-6;
+  return std::abs(std::remainder(a.azimuth_deg - b.azimuth_deg, 360.0)) < kSame_deg &&
+         std::abs(a.incidence_deg - b.incidence_deg) < kSame_deg && a.look == b.look;
+}
+
 Acquisition acquisition_of(const DatasetView& view, const glm::dvec3& aim_m) {
   Acquisition a;
   a.azimuth_rad = rad_from_deg(view.azimuth_deg);

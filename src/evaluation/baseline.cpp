@@ -37,8 +37,7 @@ double LeaveOneOut::psnr_db(const Predict& predict) const {
       std::vector<const PosedImage*> others(views_.begin(), views_.end());
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
       const PosedImage& truth = *views_[left_out];
-      psnr[n] = std::min(
-          100.0, sarnerf::psnr_db(predict(others, truth.acquisition), truth.power, peak_));
+      psnr[n] = capped_psnr_db(predict(others, truth.acquisition), truth.power, peak_);
     }
   });
   double sum = 0.0;

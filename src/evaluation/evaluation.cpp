@@ -43,8 +43,6 @@ std::optional<double> mean_of_present(std::span<const T> all, Value&& value) {
   return sum / count;
 }
 
-double capped(double psnr_db) { return std::min(psnr_db, kMostPsnr_db); }
-
 Scores mean_of(std::span<const Scores> views) {
   const auto mean = [&](auto member) {
     return mean_of_present(views, [&](const Scores& s) { return std::optional<double>(s.*member); });
@@ -180,12 +178,12 @@ Scores score_view(const Image<float>& power, const PosedImage& truth, double pea
                         " holds values that are not finite; the field that made it has diverged");
   }
   Scores scores;
-  scores.psnr_power_db = capped(psnr_db(power, truth.power, peak));
+  scores.psnr_power_db = capped_psnr_db(power, truth.power, peak);
   scores.psnr_amplitude_db =
-      capped(psnr_db(amplitude_of(power), amplitude_of(truth.power), std::sqrt(peak)));
+      capped_psnr_db(amplitude_of(power), amplitude_of(truth.power), std::sqrt(peak));
   const auto over_target =
       masked_psnr_db(power, truth.power, peak, target_mask(truth.power, target));
-  if (over_target) scores.psnr_target_power_db = capped(*over_target);
+  if (over_target) scores.psnr_target_power_db = std::min(*over_target, kMostPsnr_db);
   scores.ssim_power = ssim(power, truth.power, peak);
   return scores;
 }

@@ -98,7 +98,7 @@ TEST_CASE("the body of fog is where it is dense") {
   const Extraction shell = extract(model, options);
   // Outer less inner box: 72 − 5.2 × 2.6 × 3.2 = 28.7 m³; a field's inside stays empty.
   CHECK(volume_m3(shell) == Approx(28.7).epsilon(0.15));
-  CHECK(!shell.bottom_was_given);
+  CHECK(!shell.floor_m);
   CHECK(shell.part_outside == 0.0);
   CHECK(shell.threshold_per_m == 5.0);
 
@@ -116,7 +116,7 @@ TEST_CASE("the body of fog is where it is dense") {
   SECTION("above the ground") {
     options.ground_height_m = 1.0;
     const Extraction above = extract(model, options);
-    CHECK(above.bottom_was_given);
+    CHECK(above.floor_m == above.bottom_m);
     CHECK(box_m(above.mesh).min.y == Approx(1.0).margin(0.02));
   }
   SECTION("anywhere in the world") {

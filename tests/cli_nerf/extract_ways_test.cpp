@@ -113,12 +113,17 @@ TEST_CASE("a surface goes all the way: learned, rendered, contoured, rendered fr
 
   // The same mesh, read back, with the views of the dataset or of the model.
   for (const char* source : {"data", "run"}) {
-    const Outcome scored = folder.must(SAR_EXTRACT, {source, "--score", "body.ply", "--truth", "cube.obj"});
+    const Outcome scored = folder.must(SAR_EXTRACT, {source, "--score", "body.ply", "--truth", "cube.obj", "--overwrite"});
     CHECK(scored.out.find("body.ply.score.json") != std::string::npos);
     const Json again = json_of(folder / "body.ply.score.json")["scores"]["extracted"];
     for (const char* key : {"iou", "observable_iou", "symmetric_difference_m"})
       CHECK(again[key].get<double>() == Approx(report["scores"]["extracted"][key].get<double>()).epsilon(1e-6));
   }
+  CHECK(folder.run(SAR_EXTRACT, {"run", "--score", "body.ply", "--truth", "cube.obj"}).is_error("--overwrite"));
+  const auto written = std::filesystem::last_write_time(folder / "body.ply.score.json");
+  const Outcome planned = folder.must(SAR_EXTRACT, {"run", "--score", "body.ply", "--truth", "cube.obj", "--overwrite", "--dry-run"});
+  CHECK(planned.out.starts_with("plan\n"));
+  CHECK(std::filesystem::last_write_time(folder / "body.ply.score.json") == written);
   const Outcome without = folder.run(SAR_EXTRACT, {"run", "--score", "body.ply"});
   CHECK(without.code == 2);
   CHECK(without.err.find("--truth") != std::string::npos);

@@ -55,13 +55,14 @@ ExtractionPlan plan_extraction(const Model& model, const ExtractOptions& options
 
 /// A model as voxels and as a surface.
 struct Extraction {
+  bool is_surface = false;  ///< of the field `surface`; the others are fog
   VdbScene volume;   ///< world coordinates; the field as it was learned, and the occupancy of the body
   SurfaceMesh mesh;  ///< of the occupancy at one half, world coordinates
   double voxel_size_m = 0.0;
   Box box_m;                            ///< world, of the extracted volume
   double threshold_per_m = 0.0;         ///< of the body: that of ExtractOptions, else Otsu's; 0 for `surface`
   double bottom_m = 0.0;                ///< world height of the body's bottom
-  bool bottom_was_given = false;
+  std::optional<double> floor_m;        ///< world height at which the body was cut: the one given, or the learned ground
   double harmonics_residual = 0.0;      ///< of the field `mlp`: see docs/method/extraction.md
   std::size_t n_components = 0;         ///< of the field `surface`: closed surfaces as contoured
   /// Of the field `surface`: length, width and height of the component with the largest area, from the 1st to the 99th percentile

@@ -25,6 +25,13 @@ double db_error_percentile(const Image<float>& image, const Image<float>& refere
 /// UsageError when the sizes differ or the peak is not positive.
 double psnr_db(const Image<float>& image, const Image<float>& reference, double peak);
 
+/// Largest PSNR that a score can have (dB). Equal images would have an infinite PSNR, which neither JSON nor a mean
+/// can hold. 100 dB below the peak is far below anything that is displayed or learned.
+inline constexpr double kMostPsnr_db = 100.0;
+
+/// psnr_db(), kMostPsnr_db at the most. Of images that are not finite it is not a number.
+double capped_psnr_db(const Image<float>& image, const Image<float>& reference, double peak);
+
 /// Root mean square of the difference in decibels, 20 log₁₀ of the amplitudes √I, which is 10 log₁₀ I:
 ///
 ///     √ mean (d(I) − d(I*))²    d(I) = 10 log₁₀ max(I / peak, 10^(−range_db/10))

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <ranges>
 #include <string>
+#include <vector>
 
 /// Order statistics. Each function reorders the values, in O(n), and returns one of them, without interpolation.
 namespace sarnerf {
@@ -47,6 +48,9 @@ std::ranges::range_value_t<Values> quantile_below(Values&& values, double share)
 }  // namespace sarnerf
 
 namespace sarnerf {
+
+/// Up to `most` of the indices below `count`, ascending, each in the middle of an equal part.
+std::vector<std::size_t> spread_indices(std::size_t count, std::size_t most);
 
 /// Position of the top of the parabola through three values at −1, 0 and 1, of which the middle one is the largest: in
 /// [−0.5, 0.5]. 0 where the three are equal.

@@ -72,6 +72,9 @@ struct DatasetView {
   double depression_deg() const { return 90.0 - incidence_deg; }
 };
 
+/// Whether two views have the same azimuth and incidence, to a millionth of a degree, and the same look side.
+bool same_angles(const DatasetView& a, const DatasetView& b);
+
 /// A folder of images that show one scene, described by its dataset.json.
 struct Dataset {
   Quantity quantity = Quantity::power;

@@ -53,10 +53,6 @@ BackgroundScores mean_of(std::span<const BackgroundScores> views);
 /// Scores of images of unseen views, beside those of interpolation between the training images on the same views.
 namespace sarnerf {
 
-/// Largest PSNR that a score can have (dB). Equal images would have an infinite PSNR, which neither JSON nor a mean
-/// can hold. 100 dB below the peak is far below anything that is displayed or learned.
-inline constexpr double kMostPsnr_db = 100.0;
-
 /// PSNR after the best shift of a prediction: an upper bound for what a better geometry can reach, since the truth chooses
 /// the shift.
 struct RegisteredScores {

@@ -80,6 +80,9 @@ class LearnedField {
   virtual Archive state() const = 0;
 };
 
+/// Two-way optical depth at which the rays of render_view() end: e^−depth of a ray's power lies behind. The field `paper` has no end.
+double end_depth_of_views(const LearnedField& field);
+
 /// A view at the sampling of evaluation: rays every half voxel, three slices per row. If the field has an impulse response, it
 /// is applied, with the power that leaks in from beyond the image. The field `paper` may have power below 0, which counts as 0.
 Image<float> render_view(const LearnedField& field, const Acquisition& acquisition);

@@ -17,6 +17,7 @@ namespace sarnerf {
 struct TrainingSet {
   std::vector<PosedImage> images;  ///< their acquisitions' aim is the origin
   Box box_m;                       ///< region that may be occupied, relative to the aim point
+  Box whole_box_m;                 ///< the dataset's, of which that is a part if the images show a ground
   float peak = 0.0f;               ///< largest pixel after outliers are limited; reference of PSNR
   std::vector<Outlier> outliers;   ///< as they were found; in `images` they are set to their limit
   float bright = 0.0f;             ///< mean of the brightest hundredth of the pixels above 0: scale of the brightness

@@ -8,6 +8,7 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/image.h"
 #include "sarnerf/core/impulse_response.h"
+#include "sarnerf/mpa/volume_march.h"
 #include "sarnerf/nerf/grid_field.h"
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/mlp_field.h"
@@ -31,13 +32,15 @@ constexpr double kEndOfNetworkRayDepth = 9.0;
 
 }  // namespace
 
+double end_depth_of_views(const LearnedField& field) { return is_network(field.kind()) ? kEndOfNetworkRayDepth : kEndOfRayDepth; }
+
 Image<float> render_sharp_view(const LearnedField& field, const Acquisition& acquisition) {
   const double voxel_m = field.voxel_size_m();
   RaySampling sampling;
   sampling.ray_spacing_m = 0.5 * voxel_m;
   sampling.sub_rows = 3;
   sampling.longest_m = voxel_m;
-  if (is_network(field.kind())) sampling.end_depth = kEndOfNetworkRayDepth;
+  sampling.end_depth = end_depth_of_views(field);
   Acquisition centred = acquisition;
   centred.aim_m = glm::dvec3(0.0);
   std::vector<RowRequest> rows;

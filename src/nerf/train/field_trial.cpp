@@ -7,6 +7,7 @@
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/metrics.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/nerf/learned_field.h"
 
@@ -14,20 +15,11 @@ namespace sarnerf {
 
 namespace {
 
-constexpr double kMostPsnr_db = 100.0;
-
-/// `n` of the indices below `size`, each in the middle of an equal part.
-std::vector<std::size_t> spread(std::size_t size, std::size_t n) {
-  std::vector<std::size_t> indices;
-  for (std::size_t k = 0; k < n; ++k) indices.push_back((2 * k + 1) * size / (2 * n));
-  return indices;
-}
-
 double psnr_of_views(const LearnedField& field, const TrainingSet& set, std::span<const std::size_t> views) {
   double sum_db = 0.0;
   for (const std::size_t v : views) {
     const PosedImage& truth = set.images[v];
-    sum_db += std::min(kMostPsnr_db, psnr_db(render_view(field, truth.acquisition), truth.power, double{set.peak}));
+    sum_db += capped_psnr_db(render_view(field, truth.acquisition), truth.power, double{set.peak});
   }
   return sum_db / static_cast<double>(views.size());
 }
@@ -72,7 +64,7 @@ FieldChoice choose_field(const TrainingSet& set, std::uint64_t seed, const Monit
   FieldChoice choice;
   choice.field = rule.fields.front();
   if (set.images.size() < std::max(rule.least_views, rule.n_held_out + 1)) return choice;
-  choice.held_out = spread(set.images.size(), rule.n_held_out);
+  choice.held_out = spread_indices(set.images.size(), rule.n_held_out);
   const TrainingSet rest = without_views(set, choice.held_out);
   for (const std::string& field : rule.fields)
     choice.trials.push_back(trial_of(field, set, rest, choice.held_out, seed, monitor, rule));

@@ -74,13 +74,12 @@ void ViewRegistration::divide_by_gains(TrainingSet& set) const {
   }
 }
 
-void ViewRegistration::pass(TrainingSet& set, const LearnedField& field, const PixelLoss& pixel, const Monitor& monitor) {
+void ViewRegistration::pass(TrainingSet& set, const LearnedField& field, const PixelLoss& pixel) {
   const std::size_t n = set.images.size();
   remember(set);
   std::vector<double> log_gain(n);
   double mean = 0.0;
   for (std::size_t v = 0; v < n; ++v) {
-    monitor.check();
     Acquisition& a = set.images[v].acquisition;
     const Image<float> rendered = render_view(field, a);
     const glm::dvec2 shift(a.azimuth_shift_m / a.azimuth_spacing_m, a.range_shift_m / a.range_spacing_m);

@@ -33,7 +33,7 @@ class ViewRegistration {
   bool is_complete() const { return n_passes_ > 0 && n_done_ == n_passes_; }
 
   /// One pass over all views: moves the acquisitions of `set` and divides its images by their gains.
-  void pass(TrainingSet& set, const LearnedField& field, const PixelLoss& pixel, const Monitor& monitor = {});
+  void pass(TrainingSet& set, const LearnedField& field, const PixelLoss& pixel);
 
   /// Shifts, gains and number of passes, for a checkpoint; restore() applies them to a newly made set.
   void save(Archive& archive, const TrainingSet& set) const;

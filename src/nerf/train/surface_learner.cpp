@@ -48,8 +48,10 @@ class FlooredAdam {
     const auto scale = static_cast<float>(rate * mean_scale / root_scale);
     const float floor = static_cast<float>(least) * largest;
     parallel_for(gradient.size(), kGrain, [&](std::size_t begin, std::size_t end, int) {
-      for (std::size_t n = begin; n < end; ++n)
-        if (mean[n] != 0.0f) move(n, -scale * mean[n] / (std::sqrt(square[n]) + floor));
+      for (std::size_t n = begin; n < end; ++n) {
+        const float size = std::sqrt(square[n]) + floor;  // 0 where squares of tiny gradients vanish, and there is no floor
+        if (mean[n] != 0.0f && size > 0.0f) move(n, -scale * mean[n] / size);
+      }
     });
   }
 

@@ -97,7 +97,7 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
   if (images.empty()) throw InputError("there is no image to learn from");
   TrainingSet set;
   const glm::dvec3 aim_m = images.front().acquisition.aim_m;
-  set.box_m = {scene_box_m.min - aim_m, scene_box_m.max - aim_m};
+  set.box_m = set.whole_box_m = {scene_box_m.min - aim_m, scene_box_m.max - aim_m};
   set.outliers = limit_outliers(images);
   for (PosedImage& image : images) {
     image.acquisition.aim_m = glm::dvec3(0.0);
@@ -138,6 +138,7 @@ TrainingSet training_set(std::vector<PosedImage> images, const Box& scene_box_m,
 
 TrainingSet images_alone(TrainingSet set) {
   set.ground.reset();
+  set.box_m = set.whole_box_m;
   set.resolution.reset();
   set.deconvolved.clear();
   set.tails_are_dark = false;
