@@ -297,8 +297,8 @@ class Assembly {
     }
     if (soup.n_tangled_faces > 0) {
       scene_.report.warnings.push_back(
-          prefix + counted(soup.n_tangled_faces, "polygon crosses", "polygons cross") +
-          " their own outline and may be triangulated incorrectly; triangulate the mesh where it was "
+          prefix + counted(soup.n_tangled_faces, "polygon crosses its", "polygons cross their") +
+          " own outline and may be triangulated incorrectly; triangulate the mesh where it was "
           "made");
     }
     require_reach(entry, soup);

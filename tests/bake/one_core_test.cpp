@@ -72,7 +72,7 @@ double largest(const Image<float>& image) { return *std::ranges::max_element(ima
 double difference(const Image<float>& a, const Image<float>& b) {
   double most = 0.0;
   for (std::size_t p = 0; p < a.pixels().size(); ++p)
-    most = std::max(most, std::abs(double{a.pixels()[p]} - double{b.pixels()[p]}));
+    most = worse(most, std::abs(double{a.pixels()[p]} - double{b.pixels()[p]}));
   return most / largest(b);
 }
 

@@ -38,7 +38,7 @@ double by_definition(const SurfaceMesh& mesh, const glm::dvec3& p) {
 double worst_difference(const SurfaceMesh& mesh, int n = 12) {
   double worst = 0.0;
   for (const WindingSample& sample : winding_samples(mesh, box_of(mesh), n))
-    worst = std::max(worst, std::abs(sample.winding - by_definition(mesh, sample.point_m)));
+    worst = worse(worst, std::abs(sample.winding - by_definition(mesh, sample.point_m)));
   return worst;
 }
 

@@ -76,7 +76,7 @@ TEST_CASE("sar_bench --dry-run says what it would measure, and measures nothing"
 TEST_CASE("sar_bench scenes: a folder for each seed, the same bytes again, other scenes refused") {
   const SceneFolder folder;
   const Conditions here{folder.path(), 0, {}, {}, {}};
-  const std::vector<std::string> two = {"scenes", "--seed", "101,103", "out"};
+  const std::vector<std::string> two = {"scenes", "--seed", "101,103", "-o", "out"};
   const Outcome first = sar_bench(two, here);
   INFO(first.err);
   CHECK(first.code == 0);
@@ -85,7 +85,7 @@ TEST_CASE("sar_bench scenes: a folder for each seed, the same bytes again, other
   const auto before = folder.contents();
   CHECK(before.size() == 6);
 
-  const Outcome again = sar_bench({"scenes", "--seed", "101:103", "out/", "-q"}, here);
+  const Outcome again = sar_bench({"scenes", "--seed", "101:103", "-o", "out/", "-q"}, here);
   CHECK(again.code == 0);
   CHECK(again.out == "out/101_solid/scene.json\nout/102_building/scene.json\nout/103_vehicle/scene.json\n");
   CHECK(again.err.empty());
@@ -96,7 +96,7 @@ TEST_CASE("sar_bench scenes: a folder for each seed, the same bytes again, other
   CHECK(refused.code == 2);
   CHECK(has(refused.err, "out/103_vehicle/scene.json: another scene is in the way"));
   CHECK_FALSE(std::filesystem::exists(folder / "out/104_free_form"));
-  CHECK(sar_bench({"scenes", "--seed", "103", "out", "--overwrite"}, here).code == 0);
+  CHECK(sar_bench({"scenes", "--seed", "103", "-o", "out", "--overwrite"}, here).code == 0);
   for (const auto& [name, text] : before) CHECK(folder.contents().at(name) == text);
 }
 
@@ -104,19 +104,19 @@ TEST_CASE("sar_bench scenes --dry-run writes nothing; seeds that are none, and p
   const SceneFolder folder;
   const auto before = folder.contents();
   const Conditions here{folder.path(), 0, {}, {}, {}};
-  const Outcome plan = sar_bench({"scenes", "--seed", "101:104", "out", "--dry-run"}, here);
+  const Outcome plan = sar_bench({"scenes", "--seed", "101:104", "-o", "out", "--dry-run"}, here);
   CHECK(plan.code == 0);
   CHECK(has(plan.out, "scene      104_free_form: "));
   CHECK(has(plan.out, "output     out/104_free_form/scene.json"));
   for (const char* seeds : {"x", "1.5", "-1", "101:", "101:x", "101,,102", "109:101", "1:2:3", "0:999999999"}) {
     INFO(seeds);
-    const Outcome outcome = sar_bench({"scenes", "--seed=" + std::string(seeds), "out"}, here);
+    const Outcome outcome = sar_bench({"scenes", "--seed=" + std::string(seeds), "-o", "out"}, here);
     CHECK(outcome.code == 2);
     CHECK(has(outcome.err, "--seed"));
   }
   CHECK(sar_bench({"scenes", "--seed", "101"}, here).code == 2);
-  CHECK(sar_bench({"scenes", "out"}, here).code == 2);
-  CHECK(has(sar_bench({"scenes", "--seed", "101", "box.obj"}, here).err, "found a file"));
+  CHECK(sar_bench({"scenes", "-o", "out"}, here).code == 2);
+  CHECK(has(sar_bench({"scenes", "--seed", "101", "-o", "box.obj"}, here).err, "found a file"));
   CHECK(folder.contents() == before);
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a user is told, once and in few words.
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "catch.h"
 #include "program.h"
+#include "sarnerf/dataset/image_file.h"
 
 namespace {
 
@@ -158,6 +160,19 @@ TEST_CASE("the pictures' scale is recorded, one for a sweep, and is what they sh
     return Json::parse(read_text(folder / file)).at("provenance").at("display").at("white_db").get<double>();
   };
   CHECK(white("s_power/dataset.json") == Approx(white("s_amplitude/dataset.json")).margin(0.011));
+  // Grey is linear in decibels, from 0 at black to 255 at white, by one scale for all views.
+  const double black_db = white("s_power/dataset.json") - 40.0;
+  for (const char* name : {"view_000", "view_003"}) {
+    const sarnerf::Image<float> power = sarnerf::read_image(folder / (std::string("s_power/images/") + name + ".tif"));
+    const sarnerf::Image<float> grey = sarnerf::read_image(folder / (std::string("s_power/png/") + name + ".png"));
+    double worst = 0.0;
+    for (std::size_t p = 0; p < power.pixels().size(); ++p) {
+      const double level = power.pixels()[p] > 0.0f ? 255.0 * (10.0 * std::log10(double{power.pixels()[p]}) - black_db) / 40.0 : 0.0;
+      worst = worse(worst, std::abs(double{grey.pixels()[p]} - std::clamp(level, 0.0, 255.0)));
+    }
+    CHECK(worst <= 1.0);
+    CHECK(*std::ranges::max_element(grey.pixels()) > 100.0f);
+  }
   REQUIRE(folder.run(view({"-q", "-o", "one"})).code == 0);
   const Json one = Json::parse(read_text(folder / "one.json")).at("display");
   CHECK(one.at("black_db").get<double>() == Approx(one.at("white_db").get<double>() - 40.0));

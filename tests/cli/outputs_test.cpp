@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 
 #include "catch.h"
 #include "program.h"
 #include "sarnerf/dataset/image_file.h"
+#include "sarnerf/dataset/manifest.h"
 
 using namespace sarnerf;
 
@@ -161,4 +163,22 @@ TEST_CASE("a blank image says why") {
   const Outcome wide = folder.run(with(kView, {"--aim", "500,0,0", "-q", "--resolution", "0.5", "-o", "wide"}));
   CHECK(std::ranges::count(wide.err, '\n') == 1);
   CHECK(wide.err.substr(wide.err.find("the image ends")) == outcome.err.substr(outcome.err.find("the image ends")));
+}
+
+TEST_CASE("looking left, the radar flies the other way: the same image with its rows reversed") {
+  const SceneFolder folder;
+  REQUIRE(folder.run(with(kView, {"-q", "-o", "right"})).code == 0);
+  REQUIRE(folder.run(with(kView, {"--look", "left", "-q", "-o", "left"})).code == 0);
+  const Image<float> right = read_image(folder / "right.tif"), left = read_image(folder / "left.tif");
+  double errors = 0.0, differences = 0.0, squares = 0.0;
+  for (int i = 0; i < right.n_azimuth(); ++i)
+    for (int j = 0; j < right.n_range(); ++j) {
+      errors += std::pow(double{left(i, j)} - double{right(right.n_azimuth() - 1 - i, j)}, 2);
+      differences += std::pow(double{left(i, j)} - double{right(i, j)}, 2);
+      squares += std::pow(double{right(i, j)}, 2);
+    }
+  CHECK(std::sqrt(errors / squares) < 0.03);
+  CHECK(std::sqrt(differences / squares) > 0.3);
+  REQUIRE(folder.run({"box.obj", "--pitch", "45", "--azimuth", "0,30", "--look", "left", "--size", "24x24", "-q", "-o", "sweep"}).code == 0);
+  for (const DatasetView& view : read_manifest(folder / "sweep").views) CHECK(view.look == Look::left);
 }

@@ -40,6 +40,7 @@ TEST_CASE("a sweep is a dataset of every combination") {
   REQUIRE(dataset.views.size() == 24);
   CHECK(dataset.quantity == Quantity::power);
   CHECK(dataset.calibration == Calibration::beta0);
+  CHECK(dataset.exact_poses);
   CHECK(dataset.views[0].incidence_deg == 35.0);
   CHECK(dataset.views[11].azimuth_deg == 330.0);
   CHECK(dataset.views[12].incidence_deg == 50.0);

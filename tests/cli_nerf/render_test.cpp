@@ -324,3 +324,18 @@ TEST_CASE("range bins too narrow for memory are refused, and threads that cannot
   CHECK(many.code == 0);
   CHECK(many.err.find("100000 threads cannot be used here") != std::string::npos);
 }
+
+TEST_CASE("looking left, a model's view has its rows reversed") {
+  const LearnedScene scene;
+  for (const char* look : {"right", "left"}) REQUIRE(scene.render({"run", "--azimuth", "20", "--look", look, "-o", look}).code == 0);
+  const auto right = sarnerf::read_image(scene / "right.tif"), left = sarnerf::read_image(scene / "left.tif");
+  double errors = 0.0, differences = 0.0, squares = 0.0;
+  for (int i = 0; i < right.n_azimuth(); ++i)
+    for (int j = 0; j < right.n_range(); ++j) {
+      errors += std::pow(double{left(i, j)} - double{right(right.n_azimuth() - 1 - i, j)}, 2);
+      differences += std::pow(double{left(i, j)} - double{right(i, j)}, 2);
+      squares += std::pow(double{right(i, j)}, 2);
+    }
+  CHECK(std::sqrt(errors / squares) < 0.1);  // each row has rays of its own
+  CHECK(std::sqrt(differences / squares) > 0.3);
+}

@@ -76,6 +76,25 @@ std::string error_of_folder(const std::filesystem::path& folder) {
 
 }  // namespace
 
+TEST_CASE("poses are exact if the manifest says so, and without the key if sar_render made the images") {
+  const auto exact = [](bool said, const char* program, bool with_key) {
+    Dataset d = example();
+    d.exact_poses = said;
+    d.provenance_json = std::string(R"({"program":")") + program + "\"}";
+    std::string text = manifest_text(d);
+    if (!with_key) {
+      const std::size_t at = text.find("\"exact_poses\""), end = text.find('\n', at);
+      REQUIRE(at != std::string::npos);
+      text.erase(at, end + 1 - at);
+    }
+    return parse_manifest(text, "here").exact_poses;
+  };
+  for (const char* program : {"sar_render 0.1.0", "sar_import 0.1.0"})
+    for (const bool said : {false, true}) CHECK(exact(said, program, true) == said);
+  CHECK(exact(false, "sar_render 0.1.0", false));
+  CHECK_FALSE(exact(true, "sar_import 0.1.0", false));
+}
+
 TEST_CASE("a manifest comes back as it was, and writes the same bytes again") {
   const Dataset d = example();
   const std::string text = manifest_text(d);

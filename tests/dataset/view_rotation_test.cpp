@@ -87,7 +87,7 @@ TEST_CASE("turning is exact at every pixel for brightness that is a plane over t
     double worst = 0.0;
     for (int i = 12; i < 28; ++i) {
       for (int j = 14; j < 34; ++j) {
-        worst = std::max(worst, std::abs(double(turned(i, j)) - brightness(wanted, i, j)));
+        worst = worse(worst, std::abs(double(turned(i, j)) - brightness(wanted, i, j)));
       }
     }
     CAPTURE(slant_range_m);

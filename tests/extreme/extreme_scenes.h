@@ -104,9 +104,9 @@ inline double worst_error(const Image<float>& image, const KnownPlane& plane, in
   double worst = 0.0;
   for (int j = 0; j < image.n_range(); ++j) {
     if (plane.outside(j, margin)) {
-      worst = std::max(worst, double(image(i, j)));
+      worst = worse(worst, double(image(i, j)));
     } else if (plane.inside(j, margin)) {
-      worst = std::max(worst, std::abs(double(image(i, j)) / plane.beta0(j) - 1.0));
+      worst = worse(worst, std::abs(double(image(i, j)) / plane.beta0(j) - 1.0));
     }
   }
   return worst;

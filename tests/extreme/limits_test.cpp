@@ -42,7 +42,7 @@ TEST_CASE("a level plane across the nadir is seen on both sides, at the same ran
     int n_seen = 0;
     for (int j = 0; j < a.n_range; ++j) {
       const double expected = 2.0 * one_side.beta0(j);
-      worst = std::max(worst, std::abs(double(image(1, j)) - expected) / std::max(1.0, expected));
+      worst = worse(worst, std::abs(double(image(1, j)) - expected) / std::max(1.0, expected));
       n_seen += image(1, j) > 0.0f;
     }
     CHECK(n_seen > 20);
@@ -64,7 +64,7 @@ TEST_CASE("the ground begins at nadir and is seen on the radar's side only", "[g
   double worst = 0.0;
   for (int j = 0; j < a.n_range; ++j) {
     const double expected = plane.beta0(j);
-    worst = std::max(worst, std::abs(double(image(1, j)) - expected) / std::max(1.0, expected));
+    worst = worse(worst, std::abs(double(image(1, j)) - expected) / std::max(1.0, expected));
   }
   record(Case::nadir, worst);
   CHECK(worst < 0.005);
@@ -82,7 +82,7 @@ TEST_CASE("a wall as high as twice the radar, before the horizon", "[geometry]")
     double worst = 0.0;
     for (int j = 0; j < a.n_range; ++j) {
       const double expected = 2.0 * lower.beta0(j);
-      worst = std::max(worst, std::abs(double(image(1, j)) - expected) / std::max(1.0, expected));
+      worst = worse(worst, std::abs(double(image(1, j)) - expected) / std::max(1.0, expected));
     }
     record(Case::horizon, worst);
     CHECK(worst < 0.005);
@@ -168,7 +168,7 @@ TEST_CASE("images of one pixel, of one row, of one bin, and of 4096 rows", "[geo
     double worst = 0.0;
     for (int i = 0; i < n_azimuth; i += std::max(1, n_azimuth / 97)) {
       for (int j = 0; j < n_range; ++j) {
-        worst = std::max(worst, std::abs(double(image(i, j)) / plane.beta0(j) - 1.0));
+        worst = worse(worst, std::abs(double(image(i, j)) / plane.beta0(j) - 1.0));
       }
     }
     record(Case::image_sizes, worst);
@@ -178,7 +178,7 @@ TEST_CASE("images of one pixel, of one row, of one bin, and of 4096 rows", "[geo
     CHECK(sound(voxels));
     worst = 0.0;
     for (int j = 0; j < n_range; ++j) {
-      worst = std::max(worst, std::abs(double(voxels(n_azimuth / 2, j)) / plane.beta0(j) - 1.0));
+      worst = worse(worst, std::abs(double(voxels(n_azimuth / 2, j)) / plane.beta0(j) - 1.0));
     }
     record(Case::image_sizes_voxels, worst);
     CHECK(worst < 0.02);

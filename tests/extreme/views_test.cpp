@@ -124,7 +124,7 @@ TEST_CASE("the ground, at every range, pitch and spacing", "[geometry]") {
     double worst = 0.0;
     for (int j = 0; j < a.n_range; ++j) {
       const double expected = plane.beta0(j);
-      worst = std::max(worst, std::abs(double(image(1, j)) - expected) / std::max(expected, 1e-3));
+      worst = worse(worst, std::abs(double(image(1, j)) - expected) / std::max(expected, 1e-3));
     }
     record(Case::ground, worst);
     CHECK(worst < 0.005);

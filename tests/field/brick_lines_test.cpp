@@ -76,7 +76,7 @@ TEST_CASE("1 - a d2 along each axis undoes smoothing") {
     for (std::size_t v = 0; v < undone.size(); ++v) {
       const glm::ivec3 at = topology.voxel(v);
       if (glm::any(glm::lessThan(at, glm::ivec3(-5))) || glm::any(glm::greaterThan(at, glm::ivec3(12)))) continue;
-      worst = std::max(worst, std::abs(undone[v] - double{before[v]}));
+      worst = worse(worst, std::abs(undone[v] - double{before[v]}));
     }
     INFO("a = " << a);
     // float32 rounding, amplified by 1 + 4 a for each axis
@@ -114,8 +114,8 @@ TEST_CASE("distances to a plane are exact, whatever its slope") {
         if (glm::any(glm::lessThan(at, glm::ivec3(-3))) || glm::any(glm::greaterThan(at, glm::ivec3(10)))) continue;
         const double expected = plane(glm::dvec3(at));
         const double error = std::abs(double{values[v]} - std::clamp(expected, -5.0, 5.0));
-        worst = std::max(worst, error);
-        if (std::abs(expected) < 2.0) worst_near = std::max(worst_near, error);
+        worst = worse(worst, error);
+        if (std::abs(expected) < 2.0) worst_near = worse(worst_near, error);
       }
       CHECK(worst_near < 1e-4);
       CHECK(worst < 5e-3);  // the way to the plane comes near the border, where upwind neighbours are missing
@@ -133,8 +133,8 @@ TEST_CASE("distances of a sphere, limited, with their signs") {
   double worst = 0.0, worst_near = 0.0;
   for (std::size_t v = 0; v < values.size(); ++v) {
     const double expected = std::clamp(sphere(glm::dvec3(topology.voxel(v))), -4.0, 4.0);
-    worst = std::max(worst, std::abs(double{values[v]} - expected));
-    if (std::abs(expected) < 1.0) worst_near = std::max(worst_near, std::abs(double{values[v]} - expected));
+    worst = worse(worst, std::abs(double{values[v]} - expected));
+    if (std::abs(expected) < 1.0) worst_near = worse(worst_near, std::abs(double{values[v]} - expected));
     if (std::abs(expected) > 1e-3) CHECK((values[v] < 0.0f) == (expected < 0.0));
   }
   CHECK(worst_near < 0.1);

@@ -44,7 +44,7 @@ double distance(const std::vector<float>& a, const std::vector<double>& b) {
   REQUIRE(a.size() == b.size());
   double largest = 0.0;
   for (std::size_t n = 0; n < a.size(); ++n) {
-    largest = std::max(largest, std::abs(static_cast<double>(a[n]) - b[n]));
+    largest = worse(largest, std::abs(static_cast<double>(a[n]) - b[n]));
   }
   return largest;
 }

@@ -100,9 +100,9 @@ TEST_CASE("samples agree with a dense grid and with the oracle, for any number o
       const glm::dvec3 index = grid.transform().index_from_world(glm::dvec3(points[s]));
       for (std::size_t c = 0; c < n; ++c) {
         const double truth = dense.sample(index, static_cast<int>(c));
-        worst_oracle = std::max(worst_oracle, std::abs(expected[s * n + c] - truth));
+        worst_oracle = worse(worst_oracle, std::abs(expected[s * n + c] - truth));
         worst_float =
-            std::max(worst_float, std::abs(static_cast<double>(found[s * n + c]) - truth));
+            worse(worst_float, std::abs(static_cast<double>(found[s * n + c]) - truth));
       }
     }
     INFO(n_channels << " channels");
@@ -147,7 +147,7 @@ TEST_CASE("the adjoint is the transpose") {
                       g);
     double worst = 0.0;
     for (std::size_t m = 0; m < adjoint.size(); ++m) {
-      worst = std::max(worst, std::abs(static_cast<double>(found[m]) - 1.0 - adjoint[m]));
+      worst = worse(worst, std::abs(static_cast<double>(found[m]) - 1.0 - adjoint[m]));
     }
     CHECK(worst < 2e-6);
   }

@@ -107,9 +107,9 @@ TEST_CASE("a ray meets a level plane where its range puts it") {
         const long double theta = a.incidence_rad, r = a.slant_range_m;
         const long double radar_m = r * std::cos(theta) - height_m, cosine = std::cos(theta + delta);
         const long double over_m = radar_m - (r + s) * cosine;
-        worst_height = std::max(worst_height, double(std::abs(height_over_plane_m(a, height_m, delta, s) - over_m)));
+        worst_height = worse(worst_height, double(std::abs(height_over_plane_m(a, height_m, delta, s) - over_m)));
         const double meets_m = plane_range_offset_m(a, height_m, delta);
-        worst_plane = std::max(worst_plane, double(std::abs((meets_m - (radar_m / cosine - r)) / (r / cosine))));
+        worst_plane = worse(worst_plane, double(std::abs((meets_m - (radar_m / cosine - r)) / (r / cosine))));
         CHECK(height_over_plane_m(a, height_m, delta, meets_m) == Approx(0.0).margin(1e-14 * double(r)));
       }
     }
@@ -146,13 +146,11 @@ TEST_CASE("projection agrees with the direct computation at every altitude") {
       const long double range = std::sqrt(along_v * along_v + depth * depth);
       const long double r = a.slant_range_m;
       worst_range =
-          std::max(worst_range, static_cast<double>(std::abs(found.range_offset_m - (range - r))));
-      worst_track = std::max(
-          worst_track,
+          worse(worst_range, static_cast<double>(std::abs(found.range_offset_m - (range - r))));
+      worst_track = worse(worst_track,
           static_cast<double>(std::abs(found.along_track_m - glm::dot(from_radar, wide.h))));
       // An error of the angle counts by what it moves across the ray.
-      worst_across = std::max(
-          worst_across,
+      worst_across = worse(worst_across,
           static_cast<double>(range * std::abs(found.ray_angle_rad - std::atan2(along_v, depth))));
     }
     INFO("altitude " << altitude_m << " m");

@@ -39,7 +39,7 @@ TEST_CASE("points in float32 are those of the direct computation, at every altit
         const Wide expected =
             wide.radar + static_cast<long double>(along_m) * wide.h + t * direction;
         const glm::vec3 point(grid.point_from_aim_m(along_m, offset_m, k));
-        worst = std::max(worst, error_m(glm::dvec3(point), expected));
+        worst = worse(worst, error_m(glm::dvec3(point), expected));
       }
     }
     INFO("altitude " << altitude_m << " m: " << worst << " m");

@@ -166,7 +166,7 @@ TEST_CASE("segments are in order, inside their bins, as short as asked, and cove
   CHECK(n_covered > 300);
 }
 
-TEST_CASE("a ray ends behind an optical depth of 20, and what is left out is not seen") {
+TEST_CASE("a ray ends behind an optical depth of 20") {
   const RayGrid rays = rays_of_view();
   const BrickGrid<float> opaque = clumps(2, 2000.0f);
   const Marched marched = march(rays, opaque, 0.5 * kVoxel_m, 0.0);
@@ -177,5 +177,4 @@ TEST_CASE("a ray ends behind an optical depth of 20, and what is left out is not
   const BrickGrid<float> clear = clumps(2, 1e-3f);
   const Marched through = march(rays, clear, 0.5 * kVoxel_m, 0.0);
   CHECK(marched.batch.n_segments() < through.batch.n_segments());
-  CHECK(std::exp(-kEndOfRayDepth) < 3e-9);
 }

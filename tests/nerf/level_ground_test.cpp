@@ -79,7 +79,9 @@ TEST_CASE("a slab of fog lets the square of its transmittance of the ground thro
   const torch::Tensor s = thin / gain, s2 = thick / gain;
   CHECK((s2 - s * s).min().item<float>() > -1e-5f);
   CHECK((s2 - s * s).max().item<float>() < 0.02f);
-  CHECK(s.min().item<float>() < 0.9f);
+  // Along the longest path through the fog, both ways; one way alone would leave 0.83.
+  CHECK(s.min().item<float>() < 0.76f);
+  CHECK(s.min().item<float>() > 0.6f);
 }
 
 TEST_CASE("gradients through the ground agree with central differences") {

@@ -75,6 +75,7 @@ inline std::vector<FusedKernel> fused_kernels([[maybe_unused]] const MlpShape& s
   if (best_mlp_kernel(shape) == MlpKernel::amx_bf16)
     kernels.push_back({"amx-bf16", {mlp_amx::pack, mlp_amx::forward, mlp_amx::backward}});
 #endif
+  if (kernels.empty()) WARN("no AVX512-BF16 here, or a network that fits no tile: nothing is checked of the fused kernels");
   return kernels;
 }
 

@@ -247,10 +247,12 @@ TEST_CASE("Polygons of as many corners as are cut: a spiral keeps its area, a ho
   CHECK_FALSE(load_text("hostile.obj", hostile).mesh.triangles.empty());
 }
 
-TEST_CASE("A polygon that crosses itself is cut and reported") {
+TEST_CASE("A polygon that crosses itself is cut, and reported where no correct cut is left") {
   const Scene scene =
       load_text("bow.obj", "v 0 0 0\nv 1 0 1\nv 1 0 0\nv 0 0 1.5\nv 3 0 0.1\nf 1 2 3 4 5\n");
   CHECK(scene.mesh.triangles.size() == 3);
+  const Scene knot = load_text("knot.obj", "v 3 0 3\nv 2 0 0\nv 1 0 0\nv 4 0 1\nv 4 0 2\nv 0 0 3\nf 1 2 3 4 5 6\n");
+  CHECK(has_line(knot.report.warnings, "1 polygon crosses its own outline"));
 }
 
 TEST_CASE("UTM coordinates lose nothing") {

@@ -169,7 +169,7 @@ TEST_CASE("grids that do not fit together are not written and not sampled", "[vd
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
-TEST_CASE("a volume that cannot be written leaves what was there", "[vdb]") {
+TEST_CASE("a volume that cannot be written is an error with its path", "[vdb]") {
   const VdbScene scene(scattering_grids());
   CHECK(contains(message_of<Error>([&] { write_vdb(scene, "/nowhere/at/all.vdb"); }), "/nowhere/at/all.vdb"));
 }
