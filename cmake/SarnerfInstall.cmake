@@ -77,7 +77,8 @@ install(FILES
   ${PROJECT_SOURCE_DIR}/cmake/ZipTargets.cmake
   DESTINATION ${package_dir})
 
-foreach(program IN ITEMS sar_render sar_bench sar_nerf_train sar_nerf_render sar_nerf_bench sar_extract sar_import)
+foreach(program IN ITEMS sar_render sar_bench sar_nerf_train sar_nerf_render sar_nerf_bench sar_extract sar_import sar_fewshot
+        sar_recognise)
   if(TARGET ${program})
     install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   endif()

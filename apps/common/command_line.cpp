@@ -266,7 +266,7 @@ void CommandLine::add_shared_options() {
   p.app.add_flag("-q,--quiet", p.quiet, "Print paths, warnings and errors only")->group(kGroup);
   p.app.add_flag("-v,--verbose", p.verbose, "Print details")->group(kGroup);
   same_meaning({"quiet", "verbose"});
-  p.app.set_config("--config", "", "Options and scene from a file of lines name = value; the command line wins")
+  p.app.set_config("--config", "", "Options and scene from a TOML file (name = value); the command line wins")
       ->type_name("FILE")->check(CLI::Validator(refuse_unless_file, ""))->group(kGroup);
   p.app.set_version_flag("--version", p.app.get_name() + " " + std::string(kVersion), "Print the version and exit")
       ->group(kGroup);

@@ -113,7 +113,7 @@ CLI::App& add_scenes_command(CLI::App& app, sarnerf::bench::ScenesOptions& o) {
   command.add_option("--seed", o.seeds, "Seeds, a scene each: numbers and ranges first:last, as 111, 101,105 or 101:109")
       ->type_name("SEEDS")
       ->required();
-  command.add_option("folder,-o,--output", o.output, "Folder that the scenes' folders are made in")
+  command.add_option("-o,--output", o.output, "Folder that the scenes' folders are made in")
       ->type_name("FOLDER")
       ->required();
   command.add_flag("--overwrite", o.overwrite, "Replace other scenes of these names; the same ones are left alone anyway");

@@ -69,7 +69,7 @@ void add_options(CommandLine& command, Options& o) {
 
   command.begin_group("Body (occupancy, mesh and scores; extinction and brightness stay as they were learned)");
   command.add("--threshold", o.extract.threshold_per_m, positive("X").or_word("auto"),
-              "Of the fields grid and mlp: one-way extinction (1/m) of matter; auto: Otsu's");
+              "Of the fields grid, mlp and paper: one-way extinction (1/m) of matter; auto: Otsu's");
   command.add("--unseen", o.extract.unseen, one_of<std::optional<Unseen>>({{"auto", std::nullopt}, {"membrane", Unseen::membrane}, {"hull", Unseen::hull}}),
               "Of the field surface, where no view sees it: a membrane between seen parts, or the hull, all that views allow; auto: "
               "the hull where a ground is known, which bounds it, else the membrane");

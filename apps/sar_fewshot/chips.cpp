@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <random>
+#include <span>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/image_index.h"
@@ -106,6 +109,28 @@ void require_one_kind(const std::vector<ClassChips>& chips) {
       }
 }
 
+/// Warns if turned chips would have corners without pixels, which learned ones have.
+void warn_of_narrow(const std::vector<ClassChips>& chips, const Options& o, Console& console) {
+  const double turn_rad = rad_from_deg(std::min(o.generation.reach_deg, 45.0));
+  const double room = kStoredSide * (std::cos(turn_rad) + std::sin(turn_rad));
+  int narrowest = std::numeric_limits<int>::max();
+  for (const ClassChips& c : chips)
+    for (const PosedImage& chip : c.training) narrowest = std::min({narrowest, chip.acquisition.n_azimuth, chip.acquisition.n_range});
+  if (narrowest < room - 1.0)
+    console.warning(format("chips of %d pixels have no room for turns of %g degrees, which take %.0f: corners of turned and interpolated chips are black",
+                           narrowest, deg_from_rad(turn_rad), std::ceil(room)));
+}
+
+/// Of names, angles, depressions and pixels.
+std::string fingerprint_of(const ClassChips& chips) {
+  std::string text;
+  for (const auto* list : {&chips.training, &chips.test})
+    for (const PosedImage& chip : *list)
+      text += format("%s %.9g %.9g %s\n", chip.name.c_str(), chip.acquisition.azimuth_rad, chip.acquisition.incidence_rad,
+                     sha256_hex(std::as_bytes(chip.power.pixels())).c_str());
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
 }  // namespace
 
 std::vector<ClassChips> read_chips(const Options& o, Console& console, const Monitor& monitor) {
@@ -143,6 +168,8 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
   if (result.size() < 2)
     throw InputError(o.chips.string() + ": expected chips of two classes or more, found those of " + result.front().name + " alone");
   require_one_kind(result);
+  warn_of_narrow(result, o, console);
+  for (ClassChips& c : result) c.sha256 = fingerprint_of(c);
   std::size_t n_chips = 0;
   for (const ClassChips& c : result) n_chips += c.training.size() + c.test.size();
   console.note(counted(n_chips, "chip") + " of " + counted(result.size(), "class", "classes"));

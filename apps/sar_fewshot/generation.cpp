@@ -108,6 +108,7 @@ struct LearnedViews {
 /// Of a field that is learned from the shots, which are too few to find the height of their ground.
 LearnedViews learned_views(std::span<const PosedImage> shots, const std::vector<WantedView>& wanted, const GenerationOptions& o,
                            const FieldContext& context, const Monitor& monitor) {
+  if (wanted.empty()) return {};
   use_torch_threads(1);
   GroundRule rule;
   rule.least_views = 2;

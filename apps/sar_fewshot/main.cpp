@@ -78,7 +78,7 @@ std::string write_report(const Options& o, const std::vector<ClassChips>& chips,
       pictures += "![" + c.name + "](" + file + ")\n";
   if (!pictures.empty())
     text += "\n## Generated chips\n\n" + pictures +
-            "*From above: measured chips, and the arms' views at the same azimuths; decibels on one scale.*\n";
+            "*From above: measured chips, and the arms' views, each row evenly spread in azimuth; decibels on one scale.*\n";
   if (std::filesystem::exists(o.output / kExchangePicture))
     text += std::string("\n## Exchanged background\n\n![test chips](") + kExchangePicture +
             ")\n*Test chips of several classes; below them with the background of a chip of the same class, and of another one.*\n";

@@ -91,11 +91,11 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.add("--draws", o.n_draws, whole("N", 1, 1000), "Draws of shots: each has starts and a seed of its own");
   command.add("--arms", o.arms,
               some_of<Arm>({Arm::none, Arm::turned, Arm::turned_circle, Arm::rescaled, Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::corrected, Arm::measured}),
-              "What is added to the shots");
+              "What is added to the shots: none, turned, turned-360, rescaled, interpolated, learned, learned+turned, corrected, measured");
   command.add("--classifiers", o.classifiers,
               some_of<Classifier>({Classifier::a_convnet, Classifier::resnet50, Classifier::nearest_neighbour, Classifier::background}),
-              "Who learns");
-  command.add_flag("--quick", quick, "Four classes, 12 shots, one draw, three arms, short trainings: about five minutes, to see what there is");
+              "Of a-convnet, resnet50, nearest and background");
+  command.add_flag("--quick", quick, "Four classes, 12 shots, one draw, the arms none, turned and learned, short trainings: about five minutes, to see what there is");
   command.add_flag("--validate", o.validate,
                    "Test on sectors of 30 deg of the training depression, away from the shots: to choose options by");
 
@@ -154,6 +154,9 @@ void require_sense(const Options& o) {
     throw UsageError("--arms rescaled: expected a depression to rescale to (--generate-depression), found none");
   if (has(o.arms, Arm::measured) && o.test_rest)
     throw UsageError("--arms measured: its chips would be those that --test-rest tests; leave out one of them");
+  if (o.check_clutter && (o.generation.depression_deg || o.test_rest || o.generation.speckle == Speckle::none))
+    throw UsageError("--check-clutter: compares clutter of learned chips with that of measured ones at the same azimuths and depression; leave out "
+                     "--generate-depression, --test-rest and --speckle off");
   if (o.classifiers == std::vector{Classifier::background} && !has(o.arms, Arm::none))
     throw UsageError("--classifiers background: learns from the shots alone; add none to --arms");
 }

@@ -69,11 +69,10 @@ struct Measure {
   std::function<std::optional<double>(const Cell&)> value;  ///< of a cell, in %
 };
 
-/// Of the test chips of class k, or of all others, those that are taken for class k (%).
-std::optional<double> taken_for(const Cell& cell, std::size_t k, bool of_class) {
+/// Of the test chips of these classes, those that are taken for class k (%).
+std::optional<double> taken_for(const Cell& cell, std::size_t k, const std::vector<std::size_t>& classes) {
   int n = 0, n_taken = 0;
-  for (std::size_t c = 0; c < cell.confusion.size(); ++c) {
-    if ((c == k) != of_class) continue;
+  for (const std::size_t c : classes) {
     for (const int count : cell.confusion[c]) n += count;
     n_taken += cell.confusion[c][k];
   }
@@ -84,12 +83,15 @@ std::optional<double> taken_for(const Cell& cell, std::size_t k, bool of_class) 
 std::vector<Measure> measures_of(const Options& o, const std::vector<ClassChips>& chips) {
   if (o.validate || std::ranges::none_of(chips, [](const ClassChips& c) { return c.test.empty(); }))
     return {{"", [](const Cell& cell) { return std::optional(100.0 * accuracy(cell.confusion)); }}};
+  std::vector<std::size_t> rest;  // classes that are tested at the depression of the shots
+  for (std::size_t c = 0; c < chips.size(); ++c)
+    if (chips[c].test.empty()) rest.push_back(c);
   std::vector<Measure> measures;
-  for (std::size_t k = 0; k < chips.size(); ++k)
-    if (!chips[k].test.empty())
-      for (const bool of_class : {true, false})
-        measures.push_back({chips[k].name + (of_class ? " recognised" : ", false alarms"),
-                            [k, of_class](const Cell& cell) { return taken_for(cell, k, of_class); }});
+  for (std::size_t k = 0; k < chips.size(); ++k) {
+    if (chips[k].test.empty()) continue;
+    measures.push_back({chips[k].name + " recognised", [k](const Cell& cell) { return taken_for(cell, k, {k}); }});
+    measures.push_back({chips[k].name + ", false alarms", [k, rest](const Cell& cell) { return taken_for(cell, k, rest); }});
+  }
   return measures;
 }
 
@@ -285,10 +287,9 @@ std::string study_text(const Options& o, const std::vector<ClassChips>& chips, c
   const std::vector<Measure> measures = measures_of(o, chips);
   const std::vector<Comparison> compared = comparisons(o, chips, cells);
   for (const Classifier classifier : o.classifiers) {
-    if (classifier == Classifier::background) continue;
     text += "\n## " + std::string(name(classifier)) + "\n\n";
     if (const std::string recall = recall_table(o, measures, cells, classifier); !recall.empty())
-      text += format("Classes with chips at %g°: how many of these are recognised, and how many chips of the others, at %g° and no shots, are "
+      text += format("Classes with chips at %g°: how many of these are recognised, and how many chips of the classes without any, at %g° and no shots, are "
                      "taken for them:\n\n", o.test_depression_deg, o.training_depression_deg) + recall +
               "\nAll test chips together, most of them at the depression of the shots:\n\n";
     text += accuracy_table(o, cells, classifier);

@@ -34,7 +34,7 @@ enum class Arm {
   turned_circle,   ///< every shot, turned through 360°
   rescaled,        ///< the nearest shot, turned, and rescaled in range to the depression of generated chips
   interpolated,    ///< the neighbouring shots, turned and averaged
-  learned,         ///< views of a field that was learned from the shots, with response and speckle
+  learned,         ///< views of a field that was learned from the shots, with the clutter of shots
   learned_turned,  ///< both
   corrected,       ///< the nearest shot, turned, times the change that the field predicts
   measured,        ///< the measured chips nearest to these azimuths: what generation could reach at most
@@ -95,6 +95,7 @@ std::optional<Options> parse_options(int argc, char** argv);
 struct ClassChips {
   std::string name;
   std::vector<PosedImage> training, test;
+  std::string sha256;  ///< of all of it
 };
 
 /// The chips that Draw::test refers to: those of the training depression in a validation, and where there are no others.

@@ -8,6 +8,7 @@
 #include <map>
 #include <random>
 #include <set>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -40,6 +41,7 @@ using Json = nlohmann::ordered_json;
 /// A data set and the clean views that it is judged by.
 struct Material {
   std::string name;
+  std::string method;  ///< fingerprint of the images and of what all trainings on them have in common
   Dataset dataset;
   std::vector<PosedImage> images, truth;
   bool is_speckled = false;  ///< the ground that the images show: its score is log amplitude's
@@ -181,7 +183,7 @@ const std::vector<Rule>& changed_constants() {
 
 /// One training: how good, and in how many seconds.
 struct Cell {
-  std::string set, rule;
+  std::string set, method, rule;
   int seed = 1;
   double psnr_power_db = 0.0, psnr_log_amplitude_db = 0.0, seconds = 0.0;
   bool is_speckled = false;
@@ -223,7 +225,7 @@ void make_as_measured(Material& m) {
   m.dataset.scene_box_m.min.y -= 2.0;
 }
 
-Material read(const std::string& folder) {
+Material read(const std::string& folder, const AblationOptions& o) {
   Material m;
   m.name = fs::path(folder).filename().string();
   m.dataset = read_manifest(folder);
@@ -238,6 +240,9 @@ Material read(const std::string& folder) {
   const Dataset other = read_manifest(truth);
   m.truth = load_images(truth, other, all(other));
   for (PosedImage& view : m.truth) view.acquisition.aim_m = glm::dvec3(0.0);
+  std::string method = std::to_string(o.n_steps) + " " + dataset_fingerprint(folder, m.dataset) + " " + dataset_fingerprint(truth, other);
+  for (const std::string& rule : o.without) method += " " + rule;
+  m.method = sha256_hex(std::as_bytes(std::span(method))).substr(0, 16);
   return m;
 }
 
@@ -287,7 +292,7 @@ Cell learn(const Material& m, Method method, const Rule* rule, int seed, std::in
   for (const auto& change : method.options) change(options, set);
   options.seed = static_cast<std::uint64_t>(seed);
   if (n_steps == 0) n_steps = default_steps(set, "grid");
-  Cell cell{m.name, rule ? rule->name : kAll, seed};
+  Cell cell{m.name, m.method, rule ? rule->name : kAll, seed};
   cell.is_speckled = m.is_speckled;
   Trainer trainer(std::move(set), options);
   for (std::int64_t n = 0; n < n_steps; ++n) {
@@ -306,8 +311,16 @@ Cell learn(const Material& m, Method method, const Rule* rule, int seed, std::in
 }
 
 Json json_of(const Cell& c) {
-  return {{"set", c.set}, {"without", c.rule}, {"seed", c.seed}, {"psnr_power_db", c.psnr_power_db},
+  return {{"set", c.set}, {"method", c.method}, {"without", c.rule}, {"seed", c.seed}, {"psnr_power_db", c.psnr_power_db},
           {"psnr_log_amplitude_db", c.psnr_log_amplitude_db}, {"speckled", c.is_speckled}, {"seconds", c.seconds}};
+}
+
+/// Whether an interruption cut off the last line.
+bool ends_within_a_line(const fs::path& file) {
+  std::ifstream in(file, std::ios::ate | std::ios::binary);
+  if (in.tellg() <= 0) return false;
+  in.seekg(-1, std::ios::end);
+  return in.get() != '\n';
 }
 
 std::vector<Cell> cells_of(const fs::path& file) {
@@ -316,7 +329,7 @@ std::vector<Cell> cells_of(const fs::path& file) {
   for (std::string line; std::getline(in, line);) {
     const Json j = Json::parse(line, nullptr, false);
     if (!j.is_object()) continue;  // a line that an interruption cut off
-    cells.push_back({j.at("set"), j.at("without"), j.at("seed"), j.at("psnr_power_db"), j.at("psnr_log_amplitude_db"),
+    cells.push_back({j.at("set"), j.value("method", ""), j.at("without"), j.at("seed"), j.at("psnr_power_db"), j.at("psnr_log_amplitude_db"),
                      j.at("seconds"), j.at("speckled")});
   }
   return cells;
@@ -395,6 +408,7 @@ std::optional<AblationOptions> parse(int argc, char** argv) {
   AblationOptions o;
   command.add_list("DATA", o.folders, text("FOLDER"), "Data sets; FOLDER.truth holds the clean views to judge by", {});
   command.require("DATA");
+  command.begin_group("Study");
   command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder of the results");
   command.require("-o");
   command.add("--seeds", o.n_seeds, whole("N", 1, 1000), "Seeds 1 to N of each cell");
@@ -444,7 +458,10 @@ void run_ablation(int argc, char** argv, app::Console& console) {
   std::vector<Ablated> bases;
   for (const std::string& folder : o.folders) {
     monitor.check();
-    bases.push_back(ablated(materials.emplace_back(read(folder)), o));
+    bases.push_back(ablated(materials.emplace_back(read(folder, o)), o));
+    for (const Cell& c : cells)
+      if (c.set == materials.back().name && c.method != materials.back().method)
+        throw UsageError(file.string() + ": its cells of " + c.set + " are of other images, --steps or --without; choose another -o");
   }
   // Seed by seed, so that a study that was interrupted has judged every rule.
   std::vector<Missing> missing;
@@ -462,6 +479,7 @@ void run_ablation(int argc, char** argv, app::Console& console) {
     return;
   }
   std::ofstream out(file, std::ios::app);
+  if (ends_within_a_line(file)) out << '\n';
   for (std::size_t n = 0; n < missing.size(); ++n) {
     const Missing& c = missing[n];
     const Cell cell = learn(materials[c.material], bases[c.material].method, c.rule, c.seed, o.n_steps, monitor);

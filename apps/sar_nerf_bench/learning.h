@@ -23,7 +23,7 @@ struct LearningPoint {
 
 /// One contestant, trained once.
 struct LearningRun {
-  std::string field;  ///< grid, mlp or plain
+  std::string field;  ///< grid, surface, mlp or paper
   double planned_s = 0.0;
   std::uint64_t seed = 1;
   double start_s = 0.0;                ///< its time until the first step began
@@ -61,7 +61,7 @@ std::optional<double> seconds_to(const LearningStudy& study, const std::string& 
 /// baseline is a horizontal line.
 Plot learning_diagram(const LearningStudy& study);
 
-/// Two tables in Markdown: seconds to 30, 35, 40, 45 and 48 dB (and to the best score of `plain`), and the runs,
+/// Two tables in Markdown: seconds to 30, 35, 40, 45 and 48 dB (and to the best score of `paper`), and the runs,
 /// means over seeds.
 std::string learning_tables(const LearningStudy& study);
 

@@ -78,7 +78,9 @@ struct Material {
   std::vector<std::size_t> all;  ///< views of `dataset`
 
   TrainingSet read(const Monitor& monitor) const {
-    return training_set(load_images(folder, dataset, all, monitor), dataset.scene_box_m, {}, dataset.resolution);
+    std::vector<PosedImage> images = load_images(folder, dataset, all, monitor);
+    if (!dataset.exact_poses) return app::registered_training_set(std::move(images), dataset.scene_box_m, {}, dataset.resolution, {}, monitor).set;
+    return training_set(std::move(images), dataset.scene_box_m, {}, dataset.resolution);
   }
 };
 
@@ -154,6 +156,10 @@ LearningRun learn(LearningRun run, const Material& material, const Judge& judge,
       const double begin_s = WorkClock::now_s();
       const double psnr_db = judge.psnr_db(
           [&](const Acquisition& view) { return render_view(trainer.field(), view); });
+      if (std::isnan(psnr_db)) {
+        run.diverged = "its views are not finite";
+        return run;
+      }
       run.points.push_back({clock.seconds(), clock.cpu_seconds(), n_steps, psnr_db});
       scored_s += WorkClock::now_s() - begin_s;
       next_s = std::max(kScoreEvery * clock.seconds(), run.start_s + scored_s);
@@ -172,8 +178,7 @@ LearningRun learn(LearningRun run, const Material& material, const Judge& judge,
 double Judge::psnr_db(const std::function<Image<float>(const Acquisition&)>& render) const {
   double sum_db = 0.0;
   for (const PosedImage& view : views)
-    sum_db += std::min(kMostPsnr_db,
-                       sarnerf::psnr_db(render(view.acquisition), view.power, peak_power));
+    sum_db += capped_psnr_db(render(view.acquisition), view.power, peak_power);
   return sum_db / static_cast<double>(views.size());
 }
 

@@ -61,7 +61,8 @@ Options parse(const std::vector<std::string>& arguments) {
       o.classifiers.push_back(classifier_named(value));
     } else if (option == "--arm") {
       o.arms.push_back(value);
-    } else if (option == "--device" && (value == "cpu" || value == "cuda")) {
+    } else if (option == "--device") {
+      if (value != "cpu" && value != "cuda") throw Usage("--device: expected cpu or cuda, found '" + value + "'");
       o.device = value == "cuda" ? torch::kCUDA : torch::kCPU;
       if (o.device.is_cuda() && !torch::cuda::is_available()) throw Usage("--device cuda: this LibTorch finds no GPU; leave it out");
     } else if (option == "-o") {
@@ -102,6 +103,9 @@ void run(const Options& o) {
   std::filesystem::create_directories(o.output);
   for (const std::string& file : o.files) {
     const DrawFile draw = read_draw_file(file);
+    if (std::count(o.classifiers.begin(), o.classifiers.end(), Classifier::background) > 0 &&
+        (draw.generated.count("none") == 0 || (!o.arms.empty() && std::count(o.arms.begin(), o.arms.end(), "none") == 0)))
+      throw Usage("--classifier background: learns from the shots alone, the arm none; add that arm");
     for (const std::string& arm : o.arms)
       if (draw.generated.count(arm) == 0) throw std::runtime_error(file + ": has no chips of the arm '" + arm + "'");
     for (const Classifier classifier : o.classifiers)
