@@ -31,12 +31,12 @@ done
 programs=${SARNERF_PROGRAMS:-$root/build/release/apps}
 . "$root/scripts/shifted_views.sh"
 mkdir -p "$folder/data"
-"$programs/sar_bench/sar_bench" scenes --seed 101:110 "$folder/scenes" -q > /dev/null
-"$programs/sar_bench/sar_bench" scenes --seed 121:126 "$folder/scenes" -q > /dev/null
-"$programs/sar_bench/sar_bench" scenes --seed 131:135 "$folder/scenes" -q > /dev/null
-"$programs/sar_bench/sar_bench" scenes --seed 141:145 "$folder/scenes" -q > /dev/null
-"$programs/sar_bench/sar_bench" scenes --seed 151:156 "$folder/scenes" -q > /dev/null
-"$programs/sar_bench/sar_bench" scenes --seed 161:165 "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 101:110 -o "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 121:126 -o "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 131:135 -o "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 141:145 -o "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 151:156 -o "$folder/scenes" -q > /dev/null
+"$programs/sar_bench/sar_bench" scenes --seed 161:165 -o "$folder/scenes" -q > /dev/null
 
 # Azimuths of 12 and 36 training views, and those that judge.
 few=0:330:30 many=0:350:10 unseen=7.3:337.3:30

@@ -40,7 +40,7 @@ for item in $chips; do
   # shellcheck disable=SC2086  # several options
   "$programs/sar_import/sar_import" images "$item" $import --depression "$depressions" --every "$every" -q -o "$data" > /dev/null
   "$programs/sar_nerf_train/sar_nerf_train" "$data" --field surface --holdout 0 -o "$data.run" -q > /dev/null
-  "$programs/sar_extract/sar_extract" "$data.run" "$data.vdb" --mesh "$data.ply" --preview "$data.png" --overwrite -q > /dev/null 2>&1
+  "$programs/sar_extract/sar_extract" "$data.run" "$data.vdb" --mesh "$data.ply" --preview "$data.png" --overwrite -q > /dev/null
   report=$data.report.json
   echo "$(basename "$item") $depressions $(largest "$report") $(value "$report" components 1) $(value "$report" unseen_part 1)" \
     "$(run_seconds "$data.run/report.json")" |

@@ -61,7 +61,7 @@ left_of_shifts() {
 
 size="--ground grass --size 112x128 --spacing $spacing"
 train() { "$programs/sar_nerf_train/sar_nerf_train" "$@" --field grid -q > /dev/null; }
-scene_of() { "$programs/sar_bench/sar_bench" scenes --seed "$1" "$folder/scenes" -q; }
+scene_of() { "$programs/sar_bench/sar_bench" scenes --seed "$1" -o "$folder/scenes" -q; }
 
 # shifted TEXT NAME AZIMUTHS LOOKS OPTIONS...: a row of the first table.
 shifted() {
@@ -94,16 +94,18 @@ for seed in $seeds; do
     # shellcheck disable=SC2086
     "$programs/sar_render/sar_render" "$scene" $size --depression $depression --azimuth "${views%% *}" -q -o "${views#* }" > /dev/null
   done
+  : > "$set.rows"
   for number in 1 2 3; do
     for registers in off on; do
       train "$set" --against "$set.truth" --register $registers --seed $number -o "$set.$registers.$number"
     done
     echo "$(report_means "$set.off.$number/report.json" evaluation psnr_power_db | head -n 1)" \
       "$(report_means "$set.on.$number/report.json" evaluation psnr_power_db | head -n 1)" \
-      "$(sed -n 's/.*"rms_pixels": *\([0-9.e-]*\).*/\1/p' "$set.on.$number/report.json")"
-  done | awk -v kind="$(basename "$(dirname "$scene")" | tr _ ' '), clean, 36 views" '
+      "$(sed -n 's/.*"rms_pixels": *\([0-9.e-]*\).*/\1/p' "$set.on.$number/report.json")" >> "$set.rows"
+  done
+  awk -v kind="$(basename "$(dirname "$scene")" | tr _ ' '), clean, 36 views" '
     { off += $1 / 3; on += $2 / 3; rms += $3 / 3; cost = $1 - $2
       if (NR == 1 || cost < least) least = cost
       if (NR == 1 || cost > most) most = cost }
-    END { printf "| %s | %.2f | %.2f | %.2f (%.2f to %.2f) | %.3f |\n", kind, off, on, off - on, least, most, rms }'
+    END { printf "| %s | %.2f | %.2f | %.2f (%.2f to %.2f) | %.3f |\n", kind, off, on, off - on, least, most, rms }' "$set.rows"
 done

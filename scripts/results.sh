@@ -36,21 +36,39 @@ while [ $# -gt 0 ]; do
 done
 studies=${studies:-accuracy solids ground learning pitch response speckle scenes chips depressions chip_bodies extraction surfaces surfaces_ground trial}
 . "$root/scripts/report_values.sh"
+# The studies run in FOLDER.
+absolute() { case "$1" in "" | /*) echo "$1" ;; *) echo "$PWD/$1" ;; esac; }
+folder=$(absolute "$folder")
+meshes=$(absolute "$meshes")
+chips=$(absolute "$chips")
 chips_csv=$(chips_table_of "$chips")
-export SARNERF_PROGRAMS="${SARNERF_PROGRAMS:-$root/build/release/apps}"
+SARNERF_PROGRAMS=$(absolute "${SARNERF_PROGRAMS:-$root/build/release/apps}")
+export SARNERF_PROGRAMS
 bench=$SARNERF_PROGRAMS/sar_bench/sar_bench
 revision=$(git -C "$root" rev-parse --short HEAD)
 machine=$(machine_name)
 mkdir -p "$folder"
 cd "$folder"
+# Data and runs of another revision would be taken for this one's.
+if [ -f revision.txt ] && [ "$(cat revision.txt)" != "$revision" ]; then
+  echo "results: $folder has studies of revision $(cat revision.txt), this is $revision; choose another --folder" >&2
+  exit 2
+fi
+echo "$revision" > revision.txt
 
-# mesh NAME[:SCALE]: the mesh with its scale, or nothing where it is missing.
+# mesh NAME[:SCALE]: the mesh with its scale, or nothing where it is missing. shown NAME[:SCALE]: its name, as a reader would type it.
 mesh() {
   if [ -n "$meshes" ] && [ -f "$meshes/${1%%:*}" ]; then echo "$meshes/$1"; fi
+}
+shown() {
+  for name in "$@"; do
+    if [ -n "$(mesh "$name")" ]; then printf ' %s' "$name"; fi
+  done
 }
 
 # Each study prints its table, then the command that a reader would type.
 study_accuracy() {
+  command='sar_bench accuracy data/cuboid.json data/platform_upright.json data/building_14x8.json data/street.json --rounds 3'
   accuracy() { "$bench" accuracy "$@" --rounds 3 --table accuracy_table.md --diagrams accuracy > accuracy.json; }
   accuracy "$root/data/cuboid.json" "$root/data/platform_upright.json" "$root/data/building_14x8.json" "$root/data/street.json"
   cat accuracy_table.md
@@ -58,8 +76,8 @@ study_accuracy() {
     if [ -z "$(mesh "$item")" ]; then continue; fi
     accuracy "$meshes/${item%%:*}" --scale "${item##*:}"
     sed 1,2d accuracy_table.md
+    command="$command; sar_bench accuracy ${item%%:*} --scale ${item##*:} --rounds 3"
   done
-  command='sar_bench accuracy data/cuboid.json data/platform_upright.json data/building_14x8.json data/street.json --rounds 3'
 }
 study_solids() {
   "$root/scripts/nerf_table.sh" solids.data
@@ -87,12 +105,12 @@ study_pitch() {
 study_response() {
   # shellcheck disable=SC2046  # no mesh is no argument
   "$root/scripts/response_table.sh" --folder response.data $(mesh vehicle-truck-green.obj:3)
-  command='scripts/response_table.sh vehicle-truck-green.obj:3'
+  command="scripts/response_table.sh$(shown vehicle-truck-green.obj:3)"
 }
 study_speckle() {
   # shellcheck disable=SC2046
   "$root/scripts/speckle_table.sh" --folder speckle.data $(mesh vehicle-truck-green.obj:3) "$root/data/l_building.json"
-  command='scripts/speckle_table.sh vehicle-truck-green.obj:3 data/l_building.json'
+  command="scripts/speckle_table.sh$(shown vehicle-truck-green.obj:3) data/l_building.json"
 }
 study_scenes() {
   "$root/scripts/scenes_table.sh" --folder scenes.data
@@ -108,8 +126,9 @@ study_chips() {
 study_chip_bodies() {
   bodies() { "$root/scripts/chip_bodies.sh" --folder chip_bodies.data --import "--csv $chips_csv --amplitude-scale 4/65535" "$@"; }
   bodies "$chips/2S1_b01" "$chips/BRDM_2_E-71" "$chips/ZSU_23_4_d08" "$chips/T72_A64"
-  bodies --depressions 15,17,30 "$chips/2S1_b01" | sed 1,2d
-  command='scripts/chip_bodies.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01 BRDM_2_E-71 ZSU_23_4_d08 T72_A64'
+  bodies --depressions 15,17,30 "$chips/2S1_b01" > more.part
+  sed 1,2d more.part
+  command='scripts/chip_bodies.sh --import "--csv manifest.csv --amplitude-scale 4/65535" 2S1_b01 BRDM_2_E-71 ZSU_23_4_d08 T72_A64, and 2S1_b01 with --depressions 15,17,30'
 }
 study_depressions() {
   "$root/scripts/depressions_table.sh" --folder depressions.data --import "--csv $chips_csv --amplitude-scale 4/65535" \
@@ -120,11 +139,12 @@ study_surfaces() {
   # shellcheck disable=SC2046
   "$root/scripts/surfaces_table.sh" --folder surfaces.data "$root/data/platform_inverted.json" $(mesh spot.obj:6) \
     $(mesh vehicle-truck-green.obj:2.5) $(mesh building-small-a.obj:10)
-  command='scripts/surfaces_table.sh data/platform_inverted.json spot.obj:6 vehicle-truck-green.obj:2.5 building-small-a.obj:10'
+  command="scripts/surfaces_table.sh data/platform_inverted.json$(shown spot.obj:6 vehicle-truck-green.obj:2.5 building-small-a.obj:10)"
 }
 study_surfaces_ground() {
   "$root/scripts/surfaces_table.sh" --folder surfaces.data --sets 36 --ground grass
-  "$root/scripts/surfaces_table.sh" --folder surfaces.data --sets "36 396" --ground grass --looks 4 | sed 1,2d
+  "$root/scripts/surfaces_table.sh" --folder surfaces.data --sets "36 396" --ground grass --looks 4 > more.part
+  sed 1,2d more.part
   command='scripts/surfaces_table.sh --sets 36 --ground grass; scripts/surfaces_table.sh --sets "36 396" --ground grass --looks 4'
 }
 study_extraction() {
@@ -133,17 +153,19 @@ study_extraction() {
   # shellcheck disable=SC2046,SC2086
   "$root/scripts/extract_table.sh" --folder extraction.data $solids $(mesh building-small-a.obj:10) $(mesh building-small-c.obj:10) \
     $(mesh vehicle-truck-green.obj:3) $(mesh vehicle-truck-red.obj:3)
-  command='scripts/extract_table.sh'
+  command="scripts/extract_table.sh data/cuboid.json data/platform_upright.json data/platform_inverted.json data/l_building.json$(shown building-small-a.obj:10 \
+    building-small-c.obj:10 vehicle-truck-green.obj:3 vehicle-truck-red.obj:3)"
 }
 
 study_trial() {
   # shellcheck disable=SC2046
   "$root/scripts/trial_table.sh" --folder trial.data "$root/data/tree.obj" $(mesh vehicle-truck-green.obj:2.5)
-  command='scripts/trial_table.sh data/tree.obj vehicle-truck-green.obj:2.5'
+  command="scripts/trial_table.sh data/tree.obj$(shown vehicle-truck-green.obj:2.5)"
 }
 
 # put STUDY: its table into every page that has a place for it.
 put() {
+  if [ ! -s "$folder/$1.md" ]; then echo "results: $folder/$1.md: expected a table, found none" >&2; exit 1; fi
   for page in "$root"/README.md "$root"/docs/results/*.md; do
     grep -qF "<!-- results $1 -->" "$page" || continue
     awk -v begin="<!-- results $1 -->" -v file="$folder/$1.md" '

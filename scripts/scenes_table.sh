@@ -46,7 +46,7 @@ learn() {
 echo "| scene | images | power (dB) | best baseline | amplitude (dB) | best baseline | log amplitude (dB) | best baseline | training (s) |"
 echo "|---|---|--:|--:|--:|--:|--:|--:|--:|"
 for seed in $seeds; do
-  scene=$("$programs/sar_bench/sar_bench" scenes --seed "$seed" "$folder/scenes" -q)
+  scene=$("$programs/sar_bench/sar_bench" scenes --seed "$seed" -o "$folder/scenes" -q)
   kind=$(basename "$(dirname "$scene")" | tr _ ' ')
   dark="--pitch 45 --size 96x96 --spacing 0.3"
   grass="--pitch 60 --ground grass --size 112x128 --spacing 0.25"

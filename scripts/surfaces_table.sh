@@ -47,10 +47,11 @@ for item in $scenes; do
     data=$folder/$name.$ground.$looks.$set
     run=$data.$field
     report=$run.body.report.json
+    # Four times as many rays as the automatic sampling, so that truth and learner share no discretisation. Images of another scene or
+    # scale under this name are refused.
+    "$programs/sar_render/sar_render" "$scene" --scale "$scale" --pitch "$pitch" --azimuth "$azimuth" --size 128x128 --spacing $pixel_m \
+      --altitude 10000 --engine surface --elevations 768 --sub-rows 27 --ground "$ground" --looks "$looks" -o "$data" -q > /dev/null
     if [ ! -f "$report" ]; then
-      # Four times as many rays as the automatic sampling, so that truth and learner share no discretisation.
-      "$programs/sar_render/sar_render" "$scene" --scale "$scale" --pitch "$pitch" --azimuth "$azimuth" --size 128x128 --spacing $pixel_m \
-        --altitude 10000 --engine surface --elevations 768 --sub-rows 27 --ground "$ground" --looks "$looks" -o "$data" -q > /dev/null
       "$programs/sar_nerf_train/sar_nerf_train" "$data" --field "$field" --holdout 0 -o "$run" -q > /dev/null
       "$programs/sar_extract/sar_extract" "$run" "$run.body.vdb" --truth "$scene" --truth-scale "$scale" --images "$data" \
         --mesh "$run.body.ply" --preview "$run.body.png" --overwrite -q > /dev/null

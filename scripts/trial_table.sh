@@ -38,7 +38,7 @@ for item in $scenes; do
   render --azimuth 5:355:30 -o "$folder/$name.truth"
   for n in $sets; do
     data=$folder/$name.$n
-    render --azimuth "0:$((360 - 360 / n)):$((360 / n))" -o "$data"
+    render --azimuth "0:$(awk "BEGIN { print 360 - 360 / $n }"):$(awk "BEGIN { print 360 / $n }")" -o "$data"
     for field in surface grid; do
       "$programs/sar_nerf_train/sar_nerf_train" "$data" --field $field --against "$folder/$name.truth" -o "$data.$field" -q > /dev/null
     done

@@ -3,7 +3,7 @@
 # shellcheck disable=SC2154
 # Sourced by scripts/paper.sh: the paper's buildings and its three solids, rendered, learned and extracted.
 
-# Fig. 7: buildings as the paper's equations 30 to 32 have them, width x height in metres.
+# Fig. 7: buildings as the paper's equations 32 to 34 have them, width x height in metres.
 figure_7() {
   buildings="14x8 10x10 8x14"
   for size in $buildings; do
@@ -18,7 +18,7 @@ figure_7() {
 
 ## Fig. 7: wall, roof and shadow of three buildings$heading
 
-Roof of width w, walls of height h, incidence α = 45°, cot α = 1 (the paper's equations 30 to 32). Extents in slant range are measured along the middle row
+Roof of width w, walls of height h, incidence α = 45°, cot α = 1 (the paper's equations 32 to 34). Extents in slant range are measured along the middle row
 of 0.2 m, in the layers of the rendered images. In closed form the wall has h cos α and the roof w sin α; the shadow is what of (w + h tan α) sin α lies behind them.
 
 | w × h (m) | printed case | extents (m) of | wall | roof | shadow | difference of the images |
