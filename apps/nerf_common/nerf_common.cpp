@@ -65,6 +65,13 @@ std::vector<std::size_t> held_out_views(std::span<const DatasetView> views,
   return chosen;
 }
 
+std::vector<std::size_t> trained_views(std::span<const DatasetView> views, std::span<const DatasetView> training) {
+  std::vector<std::size_t> trained;
+  for (std::size_t n = 0; n < views.size(); ++n)
+    if (std::ranges::find(training, views[n].image, &DatasetView::image) != training.end()) trained.push_back(n);
+  return trained;
+}
+
 std::vector<std::size_t> unseen_views(std::span<const DatasetView> views,
                                       std::span<const DatasetView> training) {
   std::vector<std::size_t> unseen;

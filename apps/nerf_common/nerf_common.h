@@ -34,6 +34,9 @@ Holdout parse_holdout(const std::string& text);
 /// every view. Throws UsageError if no view is left to learn from.
 std::vector<std::size_t> held_out_views(std::span<const DatasetView> views, const Holdout& holdout);
 
+/// Indices of the views whose images have the names of training views.
+std::vector<std::size_t> trained_views(std::span<const DatasetView> views, std::span<const DatasetView> training);
+
 /// Indices of the views whose angles no training view has.
 std::vector<std::size_t> unseen_views(std::span<const DatasetView> views,
                                       std::span<const DatasetView> training);

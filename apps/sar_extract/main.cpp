@@ -37,7 +37,7 @@ Paths paths_of(const Options& o) {
 
 bool is_scene_file(const std::filesystem::path& truth) { return truth.extension() == ".json"; }
 
-/// `truth`: if it has been read. Of a scene file, the meshes that it names decide, too.
+/// `truth`: that of a scene file, of which the meshes that it names decide, too.
 Json request_of(const Options& o, const std::string& model_sha256, const std::optional<Truth>& truth) {
   const ExtractOptions& e = o.extract;
   Json j;
@@ -57,7 +57,7 @@ Json request_of(const Options& o, const std::string& model_sha256, const std::op
                   {"scale", o.truth_options.scale},
                   {"up", o.truth_options.up == UpAxis::z ? "z" : "y"},
                   {"images", o.images}};
-  if (truth && is_scene_file(o.truth)) {
+  if (truth) {
     j["truth"]["files"] = Json::array();
     for (const auto& path : truth->files)
       if (path != o.truth) j["truth"]["files"].push_back({{"file", path.filename().string()}, {"sha256", sha256_of_file(path)}});

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "job.h"
+#include "nerf_common.h"
 #include "output_files.h"
 #include "output_lock.h"
 #include "process.h"
@@ -45,9 +46,7 @@ std::vector<PosedImage> training_images(const Options& o, const ModelInfo& info,
     const Dataset dataset = read_manifest(folder);
     if (o.images == "auto" && dataset_fingerprint(folder, dataset, monitor) != info.dataset_sha256)
       throw InputError(folder.string() + ": other images than those of the training");
-    std::vector<std::size_t> of_training;
-    for (std::size_t n = 0; n < dataset.views.size(); ++n)
-      if (std::ranges::count(info.training_views, dataset.views[n].image, &DatasetView::image) > 0) of_training.push_back(n);
+    const std::vector<std::size_t> of_training = trained_views(dataset.views, info.training_views);
     if (of_training.empty()) throw InputError(folder.string() + ": has no image of a name that the model was learned from");
     return load_images(folder, dataset, of_training, monitor);
   } catch (const InputError& error) {

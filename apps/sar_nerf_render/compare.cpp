@@ -33,14 +33,8 @@ std::vector<PosedImage> training_images(const Job& job, const Monitor& monitor) 
   const Dataset dataset = read_manifest(folder);
   if (dataset_fingerprint(folder, dataset, monitor) != info.dataset_sha256)
     throw InputError(folder.string() + ": is not the dataset that the model was learned from: its SHA-256 is another");
-  std::vector<std::size_t> which;
-  for (std::size_t n = 0; n < dataset.views.size(); ++n) {
-    for (const DatasetView& view : info.training_views) {
-      if (view.image == dataset.views[n].image) which.push_back(n);
-    }
-  }
   // Outliers are limited as in training.
-  std::vector<PosedImage> images = load_images(folder, dataset, which, monitor);
+  std::vector<PosedImage> images = load_images(folder, dataset, trained_views(dataset.views, info.training_views), monitor);
   limit_outliers(images);
   return images;
 }
