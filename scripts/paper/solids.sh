@@ -210,7 +210,7 @@ TEXT
     for p in ${even_pitches%% *} $far_pitches; do echo "![$(solid_name "$solid"), $p°](pitch_$solid.$p.png)"; done
   done | text
   text << TEXT
-*Above: rendered; below: predicted by \`surface\`. $far_pitches° lie outside of the learned pitches.*
+*Above: rendered; below: predicted by \`surface\`. $(echo "$far_pitches" | sed "s/ / and /")° lie outside of the learned pitches.*
 TEXT
 }
 
