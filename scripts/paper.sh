@@ -203,6 +203,7 @@ TEXT
     figure_7
     figure_8
     table_1
+    curves_in_time
     figure_9
     figures_10_11
     figures_12_13

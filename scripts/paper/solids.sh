@@ -128,6 +128,21 @@ platform is printed as "5/72" and taken for 36 views.$(if [ -z "$lpips" ]; then 
 TEXT
 }
 
+# PSNR of unseen views during the trainings from 36 views of the cuboid; recorded networks and very short trainings have no such curve.
+curves_in_time() {
+  set --
+  for f in paper mlp grid surface; do
+    if grep -q psnr_power_db "$out/cuboid.36.$f/metrics.jsonl" 2> /dev/null; then set -- "$@" "$f=$out/cuboid.36.$f"; fi
+  done
+  if ! $counting && [ $# -eq 0 ]; then return; fi
+  cell curves_cuboid 1 "$programs/sar_bench/sar_bench" curves "$@" --title "Cuboid, 36 views" -o "$out/curves_cuboid.png"
+  text << TEXT
+
+![cuboid, 36 views: PSNR against seconds](curves_cuboid.png)
+*Eight of the unseen views, scored during the trainings.*
+TEXT
+}
+
 # Trained views are every 10 degrees: of these azimuths the first and the last one, as in the paper's figure; quick: the first one.
 turn=0:90:9
 if $quick; then turn=0:45:45; fi
