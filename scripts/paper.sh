@@ -131,7 +131,9 @@ text() {
 made_at() {
   echo
   printf '*Made at revision '
-  cat "$out"/cells/*.done | sort | uniq -c | sort -rn | awk '{ printf "%s%s (%d cells)", (NR > 1 ? ", " : ""), $2, $1 }'
+  for done in "$out"/cells/*.done; do echo "$(cat "$done") $(basename "$done" .done | sed 's/^learn_//')"; done |
+    awk '{ ++n[$1]; names[$1] = names[$1] (n[$1] > 1 ? ", " : "") $2 } END { for (r in n) print n[r] "|" r "|" names[r] }' | sort -rn |
+    awk -F '|' '{ printf "%s%s (%s)", (NR > 1 ? ", " : ""), $2, (NR == 1 ? $1 " cells" : $3) }'
   echo ", on $(sed -n 's/^ *"processor": "\([^"]*\)".*/\1/p' "$out"/*/report.json | sort -u | paste -sd ,), $(nproc) cores.*"
 }
 
@@ -197,7 +199,11 @@ everything() {
   text << TEXT
 # SAR-NeRF, and what we make of it
 
-The tables and figures of Lei et al. (2023), made by \`scripts/paper.sh$(if $quick; then echo " --quick"; fi)\`. Every training has seed 1.
+The tables and figures of Lei et al. (2023), made by \`scripts/paper.sh$(
+    for option in quick recorded long; do
+      if eval "\$$option"; then printf ' --%s' "$option"; fi
+    done
+    if [ -n "$chips" ]; then printf ' --chips CHIPS'; fi)\`. Every training has seed 1.
 TEXT
   if [ "$only" != chips ]; then
     figure_7
@@ -218,7 +224,7 @@ TEXT
 
 ## Table 3: recognition from few chips$heading
 
-It is made by a program of its own, \`sar_fewshot\`, beside what plain turning of the same chips gives: [recognition.md]($(realpath --relative-to="$out" "$root/docs/results/recognition.md")).
+It is no part of this page. A program of its own, \`sar_fewshot\`, makes it, beside what plain turning of the same chips gives: [recognition.md]($(realpath --relative-to="$out" "$root/docs/results/recognition.md")).
 TEXT
   if ! $counting; then made_at | text; fi
 }

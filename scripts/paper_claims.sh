@@ -105,7 +105,7 @@ all_settings() {
   setting "tanh gate" tanh_gate --option integrator=paper-gated
   setting ungated ungated --option integrator=paper
   study activation "Activation: the paper's gate (tanh), without a gate, and the exact rule"
-  for frequencies in 4 6 8 10; do setting "L = $frequencies" "L$frequencies" --option position_frequencies=$frequencies; done
+  for frequencies in 4 6 8 10; do setting "L: $frequencies" "L$frequencies" --option position_frequencies=$frequencies; done
   study encoding "Number of frequencies L of the encoding"
   setting "three frequencies" default
   setting "direction alone" no_frequencies --option direction_frequencies=0

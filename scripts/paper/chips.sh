@@ -73,9 +73,9 @@ table_2() {
 
 ## Table 2: $(chips_heading ", at 17°")$heading
 
-PSNR of amplitude (dB). *Raw*: against single chips with their speckle, which no method predicts; so the paper has it. *Means*: against means of the
-unseen chips within 3°. *Registered*: the same, each predicted view shifted by up to two pixels as its truth chooses. "True neighbours" are means of other
-chips as near: what the speckle lets any method reach.
+PSNR of amplitude (dB). *Raw*: against single chips with their speckle, which no method predicts; so the paper has it. *Means*: against the mean of every
+second unseen chip within 3°. *Registered*: the same, each predicted view, an interpolated one too, shifted by up to two pixels; the truth chooses the shift on the even blocks of 16 × 16 pixels, and the odd blocks are scored,
+so that these values do not compare with *means*. "True neighbours": the mean of the other unseen chips within 3°, what the speckle lets any method reach; no method has these chips.
 
 | target | interval (°) | score | SAR-NeRF as printed | surface | grid | best interpolation | true neighbours | training, surface and grid (s) |
 |---|--:|---|--:|--:|--:|--:|--:|--:|
@@ -97,7 +97,7 @@ TEXT
   text << TEXT
 
 *PSNR is over the peak of the training chips; the paper does not say over which peak its own is.$(
-    if $measured && [ -f "$table" ]; then echo " If the folder's chips were restored from JPEG, their absolute gain and exact peaks are lost."; fi)*
+    if $measured && [ -f "$table" ]; then echo " Chips read from pictures, as MSTAR's restored from JPEG, have lost their absolute gain and exact peaks: the printed column does not compare with the others."; fi)*
 TEXT
 }
 
