@@ -131,7 +131,7 @@ text() {
 made_at() {
   echo
   printf '*Made at revision '
-  for done in "$out"/cells/*.done; do echo "$(cat "$done") $(basename "$done" .done | sed 's/^learn_//')"; done |
+  for mark in "$out"/cells/*.done; do echo "$(cat "$mark") $(basename "$mark" .done | sed 's/^learn_//')"; done |
     awk '{ ++n[$1]; names[$1] = names[$1] (n[$1] > 1 ? ", " : "") $2 } END { for (r in n) print n[r] "|" r "|" names[r] }' | sort -rn |
     awk -F '|' '{ printf "%s%s (%s)", (NR > 1 ? ", " : ""), $2, (NR == 1 ? $1 " cells" : $3) }'
   echo ", on $(sed -n 's/^ *"processor": "\([^"]*\)".*/\1/p' "$out"/*/report.json | sort -u | paste -sd ,), $(nproc) cores.*"

@@ -145,7 +145,7 @@ curves_in_time() {
 
 ![cuboid, 36 views: PSNR against seconds](curves_cuboid.png)
 *At most eight of the unseen views, scored during the trainings: the last point lies before the end, and the table has all views.$(
-    if ! grep -q psnr_power_db "$out/cuboid.36.mlp/metrics.jsonl" 2> /dev/null; then echo " \`mlp\` was recorded without a curve."; fi)*
+    if $recorded; then echo " \`mlp\` was recorded without a curve."; fi)*
 TEXT
 }
 

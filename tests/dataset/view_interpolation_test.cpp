@@ -4,6 +4,7 @@
 #include <set>
 
 #include "catch.h"
+#include "mirrored.h"
 #include "posed_images.h"
 #include "sarnerf/core/error.h"
 
@@ -158,14 +159,9 @@ TEST_CASE("a radar that looks to the other side sees the rows in reverse") {
   Acquisition left = right;
   left.look = Look::left;
   const PosedImage image = noise(right, 3);
-  Image<float> mirrored(right.n_azimuth, right.n_range);
-  for (int i = 0; i < right.n_azimuth; ++i) {
-    for (int j = 0; j < right.n_range; ++j)
-      mirrored(i, j) = image.power(right.n_azimuth - 1 - i, j);
-  }
   for (const Interpolation method : kAll) {
     CAPTURE(name(method));
-    CHECK(same_pixels(interpolate_view(std::vector{image}, left, method), mirrored));
+    CHECK(same_pixels(interpolate_view(std::vector{image}, left, method), rows_reversed(image.power)));
   }
 }
 
