@@ -279,11 +279,26 @@ void warn_of_several_classes(const std::vector<Source>& sources, Console& consol
 
 }  // namespace
 
+namespace {
+
+/// An image of an earlier dataset would be replaced before it is read.
+void refuse_own_images(const SweepFolder& folder, const std::vector<Source>& chosen) {
+  for (const Source& source : chosen)
+    for (const std::filesystem::path& own : {folder.images(), folder.pngs(), folder.layers()}) {
+      std::error_code none;
+      if (std::filesystem::equivalent(source.file.parent_path(), own, none))
+        throw UsageError(source.file.string() + " lies in the output " + folder.path().string() + ", which would replace it; choose another -o");
+    }
+}
+
+}  // namespace
+
 std::string write_dataset(const Options& o, const Choice& choice, Console& console,
                           const Monitor& monitor) {
   refuse_input(o.output, o.inputs);
   refuse_inside(o.output, o.inputs);
   const SweepFolder folder(o.output, choice.chosen.size());
+  refuse_own_images(folder, choice.chosen);
   const Json recipe = recipe_of(o, choice.chosen, monitor);
   require_sweep_place(folder, recipe.at("request"), o.overwrite);
   warn_of_several_classes(choice.chosen, console);
@@ -327,9 +342,12 @@ std::string chip_name(std::size_t n) {
   return text;
 }
 
+/// Whether the name is chip_name()'s of some number.
 bool is_chip(const std::filesystem::path& path) {
-  const std::string name = path.filename().string();
-  return name.starts_with("chip_") && path.extension() == ".phoenix";
+  const std::string stem = path.stem().string();
+  constexpr std::string_view kStem = "chip_";
+  return path.extension() == ".phoenix" && stem.size() > kStem.size() && stem.starts_with(kStem) &&
+         std::all_of(stem.begin() + kStem.size(), stem.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 std::vector<std::byte> chip_bytes(const Options& o, const Dataset& dataset, std::size_t n,
@@ -372,8 +390,9 @@ std::string write_phoenix_chips(const Options& o, Console& console, const Monito
   const FolderLock lock(o.output);
   const std::filesystem::path list = o.output / "SHA256SUMS";
   if (o.overwrite || !holds_recipe(recipe_path, recipe, list)) {
-    if (!o.overwrite && std::filesystem::exists(o.output / chip_name(0), ignored))
-      refuse_place(o.output, "files without a recipe");
+    for (const std::filesystem::path& file : {o.output / chip_name(0), recipe_path, list})
+      if (!o.overwrite && std::filesystem::exists(file, ignored))
+        refuse_place(o.output, file.filename().string() + ", which no such command made");
     // By the old list, chips of another recipe would pass as intact.
     std::filesystem::remove(list);
     remove_files(o.output, is_chip);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <set>
 #include <tuple>
@@ -55,8 +56,12 @@ std::vector<fs::path> chip_files(const Options& o, Console& console, const Monit
       }
     }
   }
+  // A folder may be given twice, by two spellings or by a link.
+  std::map<fs::path, fs::path> by_place;
+  for (const fs::path& file : files) by_place.emplace(fs::weakly_canonical(file), file);
+  files.clear();
+  for (const auto& [place, file] : by_place) files.push_back(file);
   std::sort(files.begin(), files.end());
-  files.erase(std::unique(files.begin(), files.end()), files.end());
   if (n_others > 0)
     console.note("passed over, of another kind: " + counted(n_others, "file"));
   return files;
@@ -266,7 +271,7 @@ void take_depression(Choice& choice, const std::vector<double>& wanted_deg) {
 /// Marks the images of one set that are nearest to the grid.
 void mark_nearest(const std::vector<Source>& set, std::size_t begin, std::size_t end,
                   double step_deg, std::vector<char>& taken) {
-  const auto n_azimuths = static_cast<int>(std::floor(360.0 / step_deg + 1e-9));
+  const auto n_azimuths = static_cast<int>(std::ceil(360.0 / step_deg - 1e-9));
   for (int n = 0; n < n_azimuths; ++n) {
     const double azimuth_deg = n * step_deg;
     std::size_t best = end;

@@ -73,8 +73,10 @@ class VolumePlace {
  private:
   /// The same voxels give the same bytes.
   bool holds(const VdbScene& voxels) const {
-    std::filesystem::path again = file_;
-    again += ".again";
+    // Beside the file, where there is room for it; the lock keeps the name to this process.
+    const std::filesystem::path again = file_.parent_path() / ("." + file_.filename().string() + ".again");
+    if (std::filesystem::exists(again))
+      throw UsageError("--save-volume: " + again.string() + " is in the way (an interrupted comparison may have left it); remove it");
     write_vdb(voxels, again);
     const bool same = sha256_of_file(again) == sha256_of_file(file_);
     std::filesystem::remove(again);
@@ -247,17 +249,18 @@ std::uint64_t held_bytes(const Options& o, std::size_t n_views) {
   return DisplayScale::sample_views(n_views).size() * BytesPerPixel(o).held * n_pixels(*o.size);
 }
 
-/// Memory at the peak of one view.
-std::uint64_t view_bytes(const Job& job, const ViewPlan& plan) {
+/// Memory at the peak of one view that `n_threads` render.
+std::uint64_t view_bytes(const Job& job, const ViewPlan& plan, int n_threads) {
   const BytesPerPixel each(job.options);
   const std::uint64_t n = n_pixels({plan.acquisition.n_azimuth, plan.acquisition.n_range});
   const std::uint64_t images = (2 * kImage + bytes_per_pixel(job.options.layers)) * n;
-  return plan.memory_bytes - std::min(images, plan.memory_bytes) + each.most() * n;
+  return plan.memory_bytes - std::min(images, plan.memory_bytes) + static_cast<std::uint64_t>(n_threads) * plan.worker_bytes +
+         each.most() * n;
 }
 
 const ViewPlan& largest_plan(const Job& job) {
   return *std::max_element(job.plans.begin(), job.plans.end(), [](const ViewPlan& a, const ViewPlan& b) {
-    return a.memory_bytes < b.memory_bytes;
+    return a.memory_bytes + a.worker_bytes < b.memory_bytes + b.worker_bytes;
   });
 }
 
@@ -306,7 +309,8 @@ void refuse_scene_beyond_memory(const Job& job) {
 void decide_views_at_once(Job& job) {
   const MemoryLimit& limit = job.memory_limit;
   const std::uint64_t fixed = kProgramBytes + kBytesPerPlan * job.views.size() + scene_bytes(*job.scene) + job.built.engine->memory_bytes();
-  const std::uint64_t each = view_bytes(job, largest_plan(job)), held = held_bytes(job.options, job.views.size());
+  const int n_threads = job.options.shared.n_threads;
+  const std::uint64_t each = view_bytes(job, largest_plan(job), n_threads), held = held_bytes(job.options, job.views.size());
   const std::uint64_t n = n_pixels(*job.options.size);
   if (!limit.allows(fixed + held + each)) {
     const std::uint64_t for_images = BytesPerPixel(job.options).most() * n;
@@ -314,12 +318,12 @@ void decide_views_at_once(Job& job) {
     // Rays and rows grow with the image: their memory is counted with its pixels.
     refuse(*job.options.size, fixed, fixed + held + each, (held + each) / n + 1, limit, hint(job));
   }
-  const int n_threads = job.options.shared.n_threads;
+  // Of views at the same time, one thread renders each.
+  const std::uint64_t all = static_cast<std::uint64_t>(n_threads) * view_bytes(job, largest_plan(job), 1);
   const bool enough = job.views.size() >= 2 * static_cast<std::size_t>(n_threads);
-  const bool fits = limit.allows(fixed + held + each * static_cast<std::uint64_t>(n_threads));
-  job.n_views_at_once = enough && fits ? n_threads : 1;
-  const std::uint64_t built = fixed + held + each * static_cast<std::uint64_t>(job.n_views_at_once);
-  job.memory_bytes = std::max(built, building_bytes(job));
+  const bool at_once = enough && limit.allows(fixed + held + all);
+  job.n_views_at_once = at_once ? n_threads : 1;
+  job.memory_bytes = std::max(fixed + held + (at_once ? all : each), building_bytes(job));
 }
 
 }  // namespace sarnerf::app

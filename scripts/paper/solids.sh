@@ -271,7 +271,7 @@ TEXT
     done
   done | text
   text << TEXT
-*Lattices of $lattice³ voxels over 20 m; of $paper_lattice³ for the paper's method. Of the paper's method a voxel is full where its extinction reaches the automatic threshold; the paper removes those with σ = 0.*
+*Lattices of $lattice³ voxels over 20 m; of $paper_lattice³ for the paper's method. Of the paper's method a voxel is full where its extinction reaches the automatic threshold; the paper removes those with σ = 0. Visible Chamfer: the mean distance between the surfaces of both bodies, over what the views see.*
 TEXT
 }
 

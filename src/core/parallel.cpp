@@ -107,12 +107,11 @@ ThreadLimit::~ThreadLimit() = default;
 
 bool in_parallel_region() { return inside_region; }
 
-int thread_count() {
-  if (inside_region) return 1;
-  const auto limit =
-      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  return static_cast<int>(limit);
+int most_threads() {
+  return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
 }
+
+int thread_count() { return inside_region ? 1 : most_threads(); }
 
 void parallel_for(std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t, std::size_t, int)>& body) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <vector>
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
@@ -28,13 +29,35 @@ struct ImageExtent {
   double shadow_m = 0.0;  ///< largest range offset of shadow on the reference plane
 };
 
+/// Distance of the radar, the origin, to the convex hull of `points` in the plane across the track; 0 inside. Beneath the radar the
+/// nearest point of a box lies on an edge or a face, not at a corner. Some 8 points: every pair is tried.
+double distance_to_hull_m(std::span<const glm::dvec2> points) {
+  glm::dvec2 nearest = points.front();
+  for (std::size_t n = 0; n < points.size(); ++n)
+    for (std::size_t other = n + 1; other < points.size(); ++other) {
+      const glm::dvec2 from = points[n], along = points[other] - from;
+      const double square = glm::dot(along, along);
+      const double t = square > 0.0 ? std::clamp(-glm::dot(from, along) / square, 0.0, 1.0) : 0.0;
+      const glm::dvec2 candidate = from + t * along;
+      if (glm::dot(candidate, candidate) < glm::dot(nearest, nearest)) nearest = candidate;
+    }
+  // From outside, the whole hull lies behind the line through its nearest point.
+  const double square = glm::dot(nearest, nearest);
+  const bool outside =
+      std::all_of(points.begin(), points.end(), [&](const glm::dvec2& p) { return glm::dot(p, nearest) >= (1.0 - 1e-9) * square; });
+  return outside ? std::sqrt(square) : 0.0;
+}
+
 ImageExtent extent_in_image(const Box& box, double reference_m, const Acquisition& a) {
   const RadarFrame frame = radar_frame(a);
   const double height_of_radar = a.altitude_m() + a.aim_m.y - reference_m;
   ImageExtent extent{0.0, std::numeric_limits<double>::infinity(),
                      -std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  std::vector<glm::dvec2> across_track;  // of the corners, in the radar's range plane
   for (const glm::dvec3& corner : box.corners()) {
     const RadarPoint p = project(a, frame, corner);
+    across_track.push_back((a.slant_range_m + p.range_offset_m) *
+                           glm::dvec2(std::cos(p.ray_angle_rad), std::sin(p.ray_angle_rad)));
     extent.along_m = std::max(extent.along_m, std::abs(p.along_track_m));
     extent.near_m = std::min(extent.near_m, p.range_offset_m);
     extent.far_m = std::max(extent.far_m, p.range_offset_m);
@@ -44,6 +67,7 @@ ImageExtent extent_in_image(const Box& box, double reference_m, const Acquisitio
     const double behind_m = cosine > 1e-6 ? std::max(0.0, below) / cosine : 0.0;
     extent.shadow_m = std::max(extent.shadow_m, p.range_offset_m + behind_m);
   }
+  extent.near_m = std::min(extent.near_m, distance_to_hull_m(across_track) - a.slant_range_m);
   return extent;
 }
 
@@ -82,7 +106,7 @@ glm::dvec3 default_aim_m(const Scene& scene) {
 
 Framing frame_scene(const Scene& scene, std::span<const Acquisition> views, std::optional<double> reference_height_m) {
   if (scene.box.empty()) {
-    return {128, 128, "a ground alone has no extent to fit"};
+    return {128, 128, "is the default: a ground alone has no extent to fit"};
   }
   double half_along = 0.0, half_range = 0.0;
   double near_m = std::numeric_limits<double>::infinity(), far_m = -near_m;

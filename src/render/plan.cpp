@@ -198,9 +198,9 @@ std::vector<std::string> left_out(const Scene& scene, const ViewPlan& plan) {
   return lines;
 }
 
-/// Threads that run at the same time: at most the number of processors.
+/// Threads that run at the same time: at most the number of processors. Plans are also made inside a parallel loop.
 double n_cores() {
-  return std::min(thread_count(), std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
+  return std::min(most_threads(), std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
 }
 
 /// The part of a plan that does not depend on the engine.
@@ -268,7 +268,8 @@ ViewPlan plan_rays(const Scene& scene, const Acquisition& acquisition, const Sam
   const auto room = static_cast<int>(kMostRaysAtOnce / std::max<std::uint64_t>(plan.n_widest_slice, 1));
   const int most = std::min(static_cast<int>(RayTracer::kRowsPerBlock), plan.n_slices);
   plan.n_slices_at_once = std::clamp(room, std::min(density.least_at_once, most), most);
-  plan.memory_bytes += n_elevation * kViewBytesPerRay + std::uint64_t(thread_count()) * kWorkerBytes;
+  plan.memory_bytes += n_elevation * kViewBytesPerRay;
+  plan.worker_bytes = kWorkerBytes;
   plan.expected_s = (double(plan.n_kept_rays) * density.seconds_per_ray +
                      double(a.n_azimuth) * double(a.n_range) * kSecondsPerPixel) / n_cores() +
                     double(n_elevation) * kSecondsPerTableEntry;
@@ -286,13 +287,12 @@ ViewPlan plan_view(const Scene& scene, const Box& media_m, const Acquisition& ac
   ViewPlan plan = plan_rays(scene, acquisition, sampling, kSurfaceDensity);
   if (plan.fan.n_elevation == 0) return plan;
   plan.left_out = left_out(scene, plan);
-  std::uint64_t worker_bytes =
+  plan.worker_bytes +=
       plan.n_widest_slice * static_cast<std::uint64_t>(plan.n_slices_at_once) * kSliceBytesPerRay;
   if (scene.ground && scene.materials[scene.ground->material].texture.kind != Texture::Kind::none) {
-    worker_bytes += std::uint64_t(plan.fan.n_elevation) * kBareSliceBytesPerRay;
+    plan.worker_bytes += std::uint64_t(plan.fan.n_elevation) * kBareSliceBytesPerRay;
   }
   plan.expected_s += double(count_rays_to(media_m, plan).n) * kSecondsPerMediaRay / n_cores();
-  plan.memory_bytes += worker_bytes * static_cast<std::uint64_t>(thread_count());
   return plan;
 }
 
@@ -313,9 +313,7 @@ ViewPlan plan_voxel_view(const Scene& scene, const Volume& volume, const Acquisi
   const double most_per_ray = 1.5 * length_m / (volume.longest_segment * volume.grid.transform().voxel_size_m) + 2.0;
   const double n_segments = std::min(double(n_packed) * most_per_ray,
                                      double(kMostSegments) + 16.0 * plan.n_slices_at_once * most_per_ray);
-  const std::uint64_t worker_bytes =
-      n_packed * kPackedBytesPerRay + static_cast<std::uint64_t>(n_segments) * kBytesPerSegment;
-  plan.memory_bytes += worker_bytes * static_cast<std::uint64_t>(thread_count());
+  plan.worker_bytes += n_packed * kPackedBytesPerRay + static_cast<std::uint64_t>(n_segments) * kBytesPerSegment;
   return plan;
 }
 
@@ -341,8 +339,8 @@ void request_layers(ViewPlan& plan, const LayerRequest& request) {
   }
   const Acquisition& a = plan.acquisition;
   const std::uint64_t n_pixels = std::uint64_t(a.n_azimuth) * std::uint64_t(a.n_range);
-  plan.memory_bytes += n_pixels * bytes_per_pixel(request.layers) +
-                       std::uint64_t(a.n_range) * kLayerBytesPerBin * std::uint64_t(thread_count());
+  plan.memory_bytes += n_pixels * bytes_per_pixel(request.layers);
+  plan.worker_bytes += std::uint64_t(a.n_range) * kLayerBytesPerBin;
 }
 
 std::uint64_t expected_engine_memory_bytes(std::uint64_t n_triangles) {

@@ -217,6 +217,36 @@ TEST_CASE("nothing is written into a folder that is read", "[import]") {
   CHECK_FALSE(std::filesystem::exists(folder / "chips_out/phoenix"));
 }
 
+TEST_CASE("an import replaces none of its own pictures", "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 2);
+  REQUIRE(folder.run({"mstar", "chips", "-o", "out"}).code == 0);
+  const auto whole = folder.contents("out");
+  const Outcome own = folder.run({"images", "out/images", "--depression", "17", "-o", "out", "--overwrite"});
+  CHECK(own.code == 2);
+  INFO(own.err);
+  CHECK(is_import_error(own, "lies in the output out"));
+  CHECK(folder.contents("out") == whole);
+}
+
+TEST_CASE("Phoenix chips replace no file of another origin", "[import]") {
+  const ChipFolder folder;
+  write_chips(folder, 1);
+  REQUIRE(folder.run({"mstar", "chips", "-o", "out"}).code == 0);
+  for (const char* name : {"SHA256SUMS", "recipe.json"}) {
+    const std::filesystem::path place = folder / (std::string("of_") + name);
+    std::filesystem::create_directory(place);
+    write_text(place / name, "mine");
+    const Outcome refused = folder.run({"phoenix", "out", "-o", place.filename().string()});
+    CHECK(refused.code == 2);
+    CHECK(read_text(place / name) == "mine");
+  }
+  std::filesystem::create_directory(folder / "mine");
+  write_text(folder / "mine/chip_mine.phoenix", "mine");
+  CHECK(folder.run({"phoenix", "out", "-o", "mine", "--overwrite"}).code == 0);
+  CHECK(read_text(folder / "mine/chip_mine.phoenix") == "mine");
+}
+
 TEST_CASE("-q leaves the path on stdout, and one image is no images", "[import]") {
   const ChipFolder folder;
   write_chips(folder, 1);

@@ -34,6 +34,10 @@ TEST_CASE("the chips nearest to a grid of azimuths are taken, each once", "[impo
   // 0: 359 before 3, across north; 10: 10.5; 20: none within 5; 30: 29 before 31, which is as near; 180.
   CHECK(azimuths_deg(imported(folder, {"mstar", "chips", "--every", "10"})) ==
         std::vector<double>{10.5, 29.0, 180.0, 359.0});
+  // A last step that is shorter has an azimuth, too: 0, 100, 200, 300.
+  folder.write("chips/a.300", ChipFolder::chip(300.0));
+  CHECK(azimuths_deg(imported(folder, {"mstar", "chips", "--every", "100"})) == std::vector<double>{180.0, 300.0, 359.0});
+  std::filesystem::remove(folder / "chips/a.300");
 
   // A depression of its own has a grid of its own.
   folder.write("chips/b.0", ChipFolder::chip(12.0, 30.0));
@@ -45,6 +49,13 @@ TEST_CASE("the chips nearest to a grid of azimuths are taken, each once", "[impo
   CHECK(azimuths_deg(imported(folder, {"mstar", "chips", "--depression", "30"})) ==
         std::vector<double>{12.0, 14.0});
   CHECK(imported(folder, {"mstar", "chips", "--depression", "17,30"}).views.size() == 10);
+}
+
+TEST_CASE("a folder that is given twice counts once, by whatever name", "[import]") {
+  const ChipFolder folder;
+  folder.write("chips/a.0", ChipFolder::chip(3.0));
+  std::filesystem::create_directory_symlink(folder / "chips", folder / "link");
+  CHECK(imported(folder, {"mstar", "chips", "./chips/../chips", "link"}).views.size() == 1);
 }
 
 TEST_CASE("classes are chosen, and several targets in one dataset are pointed out", "[import]") {

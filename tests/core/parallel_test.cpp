@@ -16,6 +16,7 @@ TEST_CASE("every index is visited once, in chunks no larger than the grain") {
   for (const int n_threads : {1, 2, 5}) {
     const ThreadLimit limit(n_threads);
     CHECK(thread_count() == n_threads);
+    CHECK(most_threads() == n_threads);
     std::vector<int> visits(1003);
     std::atomic<bool> chunks_fit = true, workers_fit = true;
     parallel_for(visits.size(), 7, [&](std::size_t begin, std::size_t end, int worker) {
@@ -60,7 +61,7 @@ TEST_CASE("a loop inside a loop runs on its caller alone") {
   bool stayed = true, counted_one = true;
   parallel_for(8, 1, [&](std::size_t, std::size_t, int) {
     const std::thread::id outer = std::this_thread::get_id();
-    const bool one = in_parallel_region() && thread_count() == 1;
+    const bool one = in_parallel_region() && thread_count() == 1 && most_threads() == 3;
     parallel_for(50, 1, [&](std::size_t, std::size_t, int worker) {
       const std::scoped_lock lock(mutex);
       ++n_inner;

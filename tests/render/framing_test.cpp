@@ -66,6 +66,31 @@ TEST_CASE("the frame of a scene close to the radar ends at range zero", "[framin
   CHECK(sum(engine.render(engine.plan(view, {})).beta0) > 0.0);
 }
 
+TEST_CASE("a wall that passes the radar's height is nearest between its corners, and the frame holds it", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {10.0, 200.0, 10.0});
+  Acquisition view = view_of(80.0, 100.0);
+  const Framing framing = frame_scene(scene, {&view, 1});
+  view.n_azimuth = framing.n_azimuth;
+  view.n_range = framing.n_range;
+  CHECK(outside_swath_warning(scene, view).empty());
+  const SurfaceEngine engine(scene);
+  const double held = sum(engine.render(engine.plan(view, {})).beta0);
+  view.n_range *= 2;
+  CHECK(held == Approx(sum(engine.render(engine.plan(view, {})).beta0)).epsilon(1e-3));
+}
+
+TEST_CASE("beneath the radar the nearest point of a roof is no corner", "[framing]") {
+  Scene scene = empty_scene(matte());
+  add_box(scene, {100.0, 10.0, 100.0});
+  const std::vector<Acquisition> views{view_of(5.0, 200.0)};
+  const std::string text = frame_scene(scene, views).explanation;
+  double near_m = 0.0;
+  REQUIRE(std::sscanf(text.c_str() + text.find("(from") + 5, "%lf", &near_m) == 1);
+  // The radar stands over the roof, at 190 m: the aim point is 200 m / cos 5 deg away.
+  CHECK(near_m == Approx(200.0 / std::cos(rad_from_deg(5.0)) - 190.0).epsilon(1e-3));
+}
+
 TEST_CASE("the explanation says where layover and shadow end", "[framing]") {
   Scene scene = empty_scene(matte());
   add_box(scene, {2.0, 3.0, 4.0});  // x, y, z

@@ -56,6 +56,9 @@ class ThreadLimit {
 /// Number of workers that parallel_for may use at present: 1 inside the body of another one.
 int thread_count();
 
+/// The same outside of every parallel_for, also if it is called inside one.
+int most_threads();
+
 /// Whether the caller is inside the body of a parallel_for that runs on several threads. There a further
 /// parallel_for runs serially on the caller, so that pools do not nest: a sweep that gives each worker a
 /// view of its own renders that view with the same code as a single one.

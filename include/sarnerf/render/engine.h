@@ -59,8 +59,9 @@ struct ViewPlan {
   std::uint64_t n_kept_rays = 0;  ///< rays that meet the scene's box: the only ones traced
   std::uint64_t n_widest_slice = 0;  ///< most rays of one slice that meet the scene's box
   std::uint64_t n_scene_slices = 0;  ///< slices of all rows that meet the scene's box
-  std::uint64_t memory_bytes = 0; ///< image and scratch, without scene and BVH
-  double expected_s = 0.0;        ///< rough, from the number of kept rays
+  std::uint64_t memory_bytes = 0;  ///< image and tables, without scene and BVH, and without worker_bytes
+  std::uint64_t worker_bytes = 0;  ///< scratch of each thread that renders the view
+  double expected_s = 0.0;         ///< rough, on all threads, from the number of kept rays
   std::vector<std::string> chosen;    ///< settings chosen automatically, and why
   std::vector<std::string> left_out;  ///< what is not computed for this scene, and why
 };

@@ -192,7 +192,9 @@ void VoxelView::render_row(int i, VoxelWorker& w, RenderedView& out, const Monit
       w.consecutive.push_back(k + 1 < range.first + range.count);
     }
   }
-  const int n_at_once = plan_.n_slices_at_once;
+  // Blocks of equal length: a last block of one slice would take nearly the time of a full one.
+  const int n_blocks = (plan_.n_slices + plan_.n_slices_at_once - 1) / plan_.n_slices_at_once;
+  const int n_at_once = (plan_.n_slices + n_blocks - 1) / n_blocks;
   for (int first = 0; first < plan_.n_slices; first += n_at_once) {
     monitor.check();
     Block block;
