@@ -20,6 +20,9 @@ set(sarnerf_packages_torch ${sarnerf_packages_base} sarnerf_torch)
 set(sarnerf_packages_test ${sarnerf_packages_base} Catch2::Catch2)
 set(sarnerf_packages_torch_test ${sarnerf_packages_torch} Catch2::Catch2)
 
+# Little time is spent in the tests' own code: with -O1 it compiles in two thirds of the time.
+set(sarnerf_test_options $<$<CONFIG:Release>:-O1>)
+
 # sarnerf_precompiled(target kind): kind is one of base, openvdb, torch, test and torch_test.
 function(sarnerf_precompiled target kind)
   if(SARNERF_FUZZ)
@@ -41,6 +44,7 @@ function(sarnerf_precompiled target kind)
     target_link_libraries(${shared} PRIVATE ${sarnerf_packages_${kind}} sarnerf_warnings)
     target_precompile_headers(${shared} PRIVATE ${sarnerf_precompiled_${kind}})
     if(kind MATCHES "test$")
+      target_compile_options(${shared} PRIVATE ${sarnerf_test_options})
       target_include_directories(${shared} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
     endif()
   endif()

@@ -14,6 +14,7 @@
 
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
+#include "sarnerf/core/units.h"
 
 namespace sarnerf::app {
 
@@ -175,21 +176,17 @@ glm::dvec3 parse_vector(std::string_view option, std::string_view text) {
   glm::dvec3 vector(0.0);
   for (std::size_t n = 0; n < 3; ++n) {
     const auto value = parts.size() == 3 ? to_number(parts[n]) : std::nullopt;
-    if (!value) fail(option, "x,y,z in metres, such as 0,1.5,-20", text);
+    if (!value || std::abs(*value) > kFarthestRadar_m) fail(option, "x,y,z in metres, at most 1e9, such as 0,1.5,-20", text);
     vector[static_cast<int>(n)] = *value;
   }
   return vector;
 }
 
 double parse_units_m(std::string_view option, std::string_view text) {
-  constexpr std::pair<std::string_view, double> kUnits[] = {
-      {"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"km", 1000.0}, {"ft", 0.3048}, {"in", 0.0254}};
-  for (const auto& [unit, metres] : kUnits) {
-    if (text == unit) return metres;
-  }
+  if (const auto metres = metres_of_unit(text)) return *metres;
   const auto value = to_number(text);
   if (!value || !(*value > 0.0)) {
-    fail(option, "m, cm, mm, km, ft, in, or the metres of one unit as a number", text);
+    fail(option, std::string(kUnitsOfLength) + ", or the metres of one unit as a number", text);
   }
   return *value;
 }

@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 
 #include "app_main.h"
+#include "revision.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/parallel.h"
 #include "sarnerf/core/units.h"

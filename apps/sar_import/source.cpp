@@ -90,6 +90,8 @@ void for_each_file(std::size_t count, const char* stage, const Monitor& monitor,
 std::vector<Source> chip_sources(const Options& o, Console& console, const Monitor& monitor) {
   const std::vector<fs::path> files = chip_files(o, console, monitor);
   std::vector<Source> sources(files.size());
+  for (std::size_t n = 0; n < files.size(); ++n) sources[n].file = files[n];
+  refuse_beyond_memory(o, sources);
   for_each_file(files.size(), "reading", monitor, [&](std::size_t n) {
     Chip chip = read_chip(o, files[n]);
     chip.image = {};

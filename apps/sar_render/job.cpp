@@ -62,6 +62,9 @@ std::vector<std::string> unused_options(const Job& job) {
 
 namespace {
 
+/// Sides that an automatic size is not cut below.
+constexpr int kSmallestSide = 16;
+
 /// Time to encode and write image and picture, measured at 128 million pixels, on one core.
 constexpr double kFileSecondsPerPixel = 35e-9;
 
@@ -103,6 +106,14 @@ void set_size(Job& job) {
     Framing framing = frame_scene(*job.scene, job.views, job.reference_height_m);
     job.framing = "the size " + std::move(framing.explanation);
     job.options.size = {framing.n_azimuth, framing.n_range};
+    // Near the radar the border of an impulse response needs ranges above zero, too.
+    double nearest_m = job.views.front().slant_range_m;
+    for (const Acquisition& view : job.views) nearest_m = std::min(nearest_m, view.slant_range_m);
+    const int most = static_cast<int>(std::min(2.0 * nearest_m / job.options.spacing_m.second, 1e6)) - 1 - 2 * border_of(job.options).range;
+    if (most >= kSmallestSide && job.options.size->second > most) {
+      job.options.size->second = most;
+      job.framing += "; cut at " + std::to_string(most) + " bins, where the border of the impulse response reaches the radar";
+    }
   }
   for (Acquisition& view : job.views) {
     std::tie(view.n_azimuth, view.n_range) = *job.options.size;
@@ -152,6 +163,7 @@ void make_plans(Job& job, const Monitor& monitor) {
     monitor.check();
     for (std::size_t n = begin; n < end; ++n) {
       validate(job.views[n]);
+      require_calibration(job.views[n], job.reference_height_m, job.options.calibration);
       job.plans[n] = job.built.engine->plan(widened(job.views[n], job.border), job.options.sampling);
       request_layers(job.plans[n], {job.options.layers, job.reference_height_m});
     }

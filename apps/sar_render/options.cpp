@@ -152,7 +152,7 @@ void add_options(CommandLine& command, Options& o) {
   command.add("--up", o.up, one_of<UpAxis>({{"y", UpAxis::y}, {"z", UpAxis::z}}), "Axis that points up in the file");
   command.add("--materials", o.materials, path("FILE"), "Materials (.json) on top of the built-in ones");
   command.add("--ground", o.ground, text("MATERIAL|none"), "Ground plane; default: what a scene file says, else none");
-  command.add("--ground-height", o.ground_height_m, number("M").or_word("auto"), "Reference plane and ground; auto: lowest height");
+  command.add("--ground-height", o.ground_height_m, between("M", -kFarthestRadar_m, kFarthestRadar_m).or_word("auto"), "Reference plane and ground; auto: lowest height");
 
   command.begin_group("Computation");
   command.add("--engine", o.engine,

@@ -20,16 +20,6 @@ namespace {
 
 double sinc(double t) { return t == 0.0 ? 1.0 : std::sin(kPi * t) / (kPi * t); }
 
-/// I₀ by its power series: every term is positive, so there is no cancellation.
-double bessel_i0(double x) {
-  double term = 1.0, sum = 1.0;
-  for (int k = 1; term > 1e-17 * sum; ++k) {
-    term *= 0.25 * x * x / (double(k) * double(k));
-    sum += term;
-  }
-  return sum;
-}
-
 std::vector<double> taylor_cosines(double sidelobe_db, int nbar) {
   const double a = std::acosh(std::pow(10.0, std::abs(sidelobe_db) / 20.0)) / kPi;
   const double half = double(nbar) - 0.5;
@@ -62,7 +52,7 @@ std::vector<double> cosines_of(const Window& window) {
 }  // namespace
 
 Taper::Taper(const Window& window) : cosines_(cosines_of(window)), beta_(window.beta) {
-  if (cosines_.empty()) scale_ = 1.0 / bessel_i0(beta_);
+  if (cosines_.empty()) scale_ = 1.0 / std::cyl_bessel_i(0.0, beta_);
 
   // Simpson on half the band; the integrand is smooth up to the edge.
   constexpr int kSteps = 2000;
@@ -84,7 +74,7 @@ Taper::Taper(const Window& window) : cosines_(cosines_of(window)), beta_(window.
 
 double Taper::weight(double u) const {
   if (std::abs(u) > 0.5) return 0.0;
-  if (cosines_.empty()) return scale_ * bessel_i0(beta_ * std::sqrt(std::max(0.0, 1.0 - 4.0 * u * u)));
+  if (cosines_.empty()) return scale_ * std::cyl_bessel_i(0.0, beta_ * std::sqrt(std::max(0.0, 1.0 - 4.0 * u * u)));
   double sum = 0.0;
   for (std::size_t m = 0; m < cosines_.size(); ++m) sum += cosines_[m] * std::cos(2.0 * kPi * double(m) * u);
   return sum;
@@ -133,11 +123,6 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
-std::string shortest(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
-
 bool becomes_negative(const Window& window) {
   const Taper taper(window);
   for (int n = 0; n <= 500; ++n) {
@@ -170,7 +155,7 @@ Window taylor(std::string_view text, std::string_view parameters) {
     char reached[32];
     std::snprintf(reached, sizeof reached, "%.1f", reached_db);
     throw UsageError("--window: " + text_of(window) + " needs more equal sidelobes (nbar) for its level: it reaches " +
-                     reached + " dB; give it more, as in taylor:" + shortest(*level) + "," +
+                     reached + " dB; give it more, as in taylor:" + number_text(*level) + "," +
                      std::to_string(window.nbar + 2));
   }
   return window;
@@ -208,8 +193,8 @@ std::string text_of(const Window& window) {
     case Window::Kind::hann: return "hann";
     case Window::Kind::hamming: return "hamming";
     case Window::Kind::taylor:
-      return "taylor:" + shortest(window.sidelobe_db) + "," + std::to_string(window.nbar);
-    case Window::Kind::kaiser: return "kaiser:" + shortest(window.beta);
+      return "taylor:" + number_text(window.sidelobe_db) + "," + std::to_string(window.nbar);
+    case Window::Kind::kaiser: return "kaiser:" + number_text(window.beta);
   }
   return {};
 }

@@ -118,9 +118,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Larger deviations from 90° mean different geometries. The same tolerance as in the manifest's reader.
-constexpr double kAngleTolerance_deg = 0.0101;
-
 constexpr std::size_t kMostNamed = 5;
 
 /// "a, b and 7 more".
@@ -136,7 +133,7 @@ std::string list_text(const std::vector<std::string>& names) {
 std::optional<double> depression_deg(const CsvTable& table, std::size_t row) {
   const auto depression = table.number(row, "depression_deg"),
              incidence = table.number(row, "incidence_deg");
-  if (depression && incidence && std::abs(*depression + *incidence - 90.0) > kAngleTolerance_deg)
+  if (depression && incidence && std::abs(*depression + *incidence - 90.0) > kSameAngle_deg)
     table.fail(row, "depression_deg " + table.text(row, "depression_deg") + " and incidence_deg " +
                         table.text(row, "incidence_deg") +
                         " contradict each other: they must add up to 90");

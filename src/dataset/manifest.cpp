@@ -128,8 +128,7 @@ class JsonReader : public JsonView<Json> {
   std::set<std::string> asked_;
 };
 
-/// Angles and heights are often published rounded. Larger deviations mean different geometries.
-constexpr double kAngleToleranceDeg = 0.0101;
+/// Heights are often published rounded. Larger deviations mean different geometries.
 constexpr double kAltitudeTolerance = 0.01;
 
 template <std::size_t N>
@@ -184,7 +183,7 @@ double read_incidence_deg(JsonReader& view) {
               "needed, neither is there");
   }
   char text[200];
-  if (incidence && depression && std::abs(*incidence + *depression - 90.0) > kAngleToleranceDeg) {
+  if (incidence && depression && std::abs(*incidence + *depression - 90.0) > kSameAngle_deg) {
     std::snprintf(text, sizeof text,
                   "incidence_deg %.10g and depression_deg %.10g contradict each other: they must add "
                   "up to 90; remove the wrong one",

@@ -48,9 +48,8 @@ Calibration calibration_from_name(std::string_view name) {
   return from_name<Calibration>(kCalibrations, name, "calibration");
 }
 
-int calibrate(Image<float>& beta0, const Acquisition& acquisition, double reference_height_m,
-              Calibration calibration) {
-  if (calibration == Calibration::beta0) return 0;
+void require_calibration(const Acquisition& acquisition, double reference_height_m, Calibration calibration) {
+  if (calibration == Calibration::beta0) return;
   if (calibration == Calibration::uncalibrated) {
     throw UsageError("an image cannot be brought to 'uncalibrated'; choose beta0, sigma0 or gamma0");
   }
@@ -60,6 +59,12 @@ int calibrate(Image<float>& beta0, const Acquisition& acquisition, double refere
                         std::to_string(-height_m) +
                         " m below it: raise the altitude or lower --ground-height");
   }
+}
+
+int calibrate(Image<float>& beta0, const Acquisition& acquisition, double reference_height_m, Calibration calibration) {
+  require_calibration(acquisition, reference_height_m, calibration);
+  if (calibration == Calibration::beta0) return 0;
+  const double height_m = acquisition.altitude_m() + acquisition.aim_m.y - reference_height_m;
   int n_without_incidence = 0;
   for (int j = 0; j < beta0.n_range(); ++j) {
     const double cosine = height_m / acquisition.range_m(j);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
@@ -16,6 +15,7 @@
 #include "repair/repair.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
+#include "sarnerf/core/parallel.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/scene/scene.h"
 #include "triangle_soup.h"
@@ -134,12 +134,6 @@ void MaterialBinding::bind(const MeshEntry& entry, TriangleSoup& soup) {
   (file_.materials_source.empty() ? report_.notes : report_.warnings).push_back(what);
 }
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 bool is_scene_file(const std::filesystem::path& path) {
   return path.extension() == ".json" || path.extension() == ".JSON";
 }
@@ -218,7 +212,7 @@ class Assembly {
     const std::string prefix = file_.meshes.size() > 1 ? name + ": " : "";
     TriangleSoup soup = read(entry, prefix);
 
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     binding_.bind(entry, soup);
     const NameTable groups = soup.groups;
     RepairCounts counts;
@@ -234,7 +228,7 @@ class Assembly {
     }
     warn_about_open_media(entry, mesh);
     append(entry, std::move(mesh), groups);
-    scene_.report.repair_s += seconds_since(start);
+    scene_.report.repair_s += watch.seconds();
   }
 
   Scene finish() {
@@ -282,13 +276,13 @@ class Assembly {
   }
 
   TriangleSoup read(const MeshEntry& entry, const std::string& prefix) {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     MemoryBudget memory = budget();
     const std::string bytes = read_file(entry.file, memory);
     memory.add_kept(bytes.size());
     TriangleSoup soup =
         read_mesh(entry.file, MeshSource{bytes, entry.file.string(), memory, options_.monitor});
-    scene_.report.read_s += seconds_since(start);
+    scene_.report.read_s += watch.seconds();
 
     if (soup.n_ignored_faces > 0) {
       scene_.report.notes.push_back(prefix + "passed over " +

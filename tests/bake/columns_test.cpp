@@ -56,7 +56,7 @@ TEST_CASE("lines through corners of a fan cross it once", "[columns]") {
   const Columns columns = columns_of(mesh, kUnitLines);
   CHECK(columns.n_open == 0);
   for (const Columns::Interval& interval : columns.intervals) {
-    CHECK(interval.top_m == Approx(-interval.bottom_m).margin(1e-12));
+    CHECK(interval.top_m == within_margin(-interval.bottom_m, 1e-12));
   }
   double at_apex = 0.0;
   for (std::size_t n = columns.row_begin[6]; n < columns.row_begin[7]; ++n) {

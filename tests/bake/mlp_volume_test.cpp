@@ -119,7 +119,7 @@ Comparison compared(const MlpField& field, const LearnedVolume& volume, const Vo
       ++c.n_matter;
       matter_is_there = matter_is_there && value != nullptr;
       if (value == nullptr) continue;
-      c.extinction = std::max(c.extinction, std::abs(double{value[0]} - truth[n].x) / truth[n].x);
+      c.extinction = worse(c.extinction, std::abs(double{value[0]} - truth[n].x) / truth[n].x);
       double fitted = 0.0;
       for (std::size_t l = 0; l < 9; ++l) fitted += y_lm[l] * double{value[1 + l]};
       square += truth[n].x * truth[n].y * truth[n].y;

@@ -43,6 +43,7 @@ TEST_CASE("sizes, spacings, vectors, units") {
   CHECK(parse_vector("--aim", "1,-2.5,3e2") == glm::dvec3(1, -2.5, 300));
   CHECK_THROWS_AS(parse_vector("--aim", "1,2"), UsageError);
   CHECK_THROWS_AS(parse_vector("--aim", "1,2,3,4"), UsageError);
+  CHECK_THROWS_AS(parse_vector("--aim", "1,2e9,3"), UsageError);
   CHECK(parse_units_m("--units", "ft") == 0.3048);
   CHECK(parse_units_m("--units", "2.5") == 2.5);
   CHECK_THROWS_AS(parse_units_m("--units", "miles"), UsageError);

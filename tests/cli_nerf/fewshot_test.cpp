@@ -211,6 +211,32 @@ TEST_CASE("backgrounds are exchanged between test chips, and compared with gener
   CHECK(compared.out.find("measured from generated: ") != std::string::npos);
 }
 
+TEST_CASE("images that a table lists make the same study as datasets", "[fewshot]") {
+  const ThreeClasses chips;
+  std::string table = "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m\n";
+  for (const char* name : {"cuboid", "platform_upright", "l_building"})
+    for (const char* depression : {"17", "15"}) {
+      const std::string folder = std::string(name) + "/" + depression;
+      for (const Json& view : chips.json("chips/" + folder + "/dataset.json").at("views")) {
+        // Pictures that a table lists have rows of range, far to near, and columns against the track; these have the radar's axes.
+        table += folder + "/" + view.at("image").get<std::string>() + "," + name + "," + std::to_string(view.at("azimuth_deg").get<double>()) +
+                 "," + depression + ",0.2,0.2\n";
+      }
+    }
+  std::ofstream(chips / "table.csv") << table;
+  const std::map<std::string, std::string> small{{"--draws", "1"}, {"--arms", "none"}, {"--classifiers", "nearest"}};
+  std::map<std::string, std::string> listed = small;
+  listed.insert({{"--csv", "table.csv"}, {"--amplitude-scale", "1"}, {"--output", "listed"}});
+  const Outcome outcome = chips.run(listed);
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  REQUIRE(chips.run(small).code == 0);
+  CHECK(chips.json("listed/cells/nearest_none_04_00.json").at("confusion").size() == 3);
+  std::ofstream(chips / "table.csv") << table.substr(0, table.find(",azimuth_spacing_m")) << table.substr(table.find('\n'));
+  listed["--output"] = "short";
+  CHECK(chips.run(listed).is_error("table.csv"));
+}
+
 TEST_CASE("chips are generated for another depression, at which some classes have none", "[fewshot]") {
   const ThreeClasses chips;
   for (const char* name : {"platform_upright", "l_building"}) fs::remove_all(chips / "chips" / name / "15");

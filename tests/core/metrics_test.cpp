@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <limits>
 
 #include "catch.h"
 #include "sarnerf/core/error.h"
@@ -52,6 +53,9 @@ TEST_CASE("PSNR: an error of a tenth of the peak everywhere is 20 dB") {
   CHECK(psnr_db(row({1.1f, 0.1f}), row({1, 0}), 1.0) == Approx(20.0).epsilon(1e-5));
   CHECK(psnr_db(row({1.1f, 0.1f}), row({1, 0}), 10.0) == Approx(40.0).epsilon(1e-5));
   CHECK(std::isinf(psnr_db(row({1}), row({1}), 1.0)));
+  CHECK(capped_psnr_db(row({1}), row({1}), 1.0) == kMostPsnr_db);
+  CHECK(capped_psnr_db(row({1.1f, 0.1f}), row({1, 0}), 1.0) == Approx(20.0).epsilon(1e-5));
+  CHECK(std::isnan(capped_psnr_db(row({std::numeric_limits<float>::quiet_NaN()}), row({1}), 1.0)));
 }
 
 TEST_CASE("metrics refuse what cannot be compared") {

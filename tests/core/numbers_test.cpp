@@ -93,3 +93,11 @@ TEST_CASE("the top of a parabola through three values") {
   CHECK(top_of_parabola(1.0, 1.0, 1.0) == 0.0);
   CHECK(top_of_parabola(0.0, 1.0, 1.0) == Approx(0.5));
 }
+
+TEST_CASE("indices are spread evenly") {
+  using Indices = std::vector<std::size_t>;
+  CHECK(spread_indices(9, 3) == Indices{1, 4, 7});
+  CHECK(spread_indices(8, 3) == Indices{1, 4, 6});
+  CHECK(spread_indices(3, 5) == Indices{0, 1, 2});
+  CHECK(spread_indices(0, 2).empty());
+}

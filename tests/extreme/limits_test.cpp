@@ -125,7 +125,7 @@ TEST_CASE("layers at the nadir, at the horizon and from geostationary range", "[
         const double power = view.beta0(i, j);
         double parts = 0.0;
         for (const Image<float>& part : view.layers.beta0) parts += part(i, j);
-        largest = std::max(largest, std::abs(parts - power) / std::max(power, 1e-3));
+        largest = worse(largest, std::abs(parts - power) / std::max(power, 1e-3));
         if (!(power > 0.0)) continue;
         const double incidence = view.layers.incidence_deg(i, j), elevation = view.layers.elevation_m(i, j);
         CHECK((incidence >= 0.0 && incidence <= 90.0));

@@ -110,6 +110,4 @@ void record(Case row, double error) {
   if (!worst || size > *worst) worst = size;
 }
 
-double worst(Case row) { return errors()[static_cast<std::size_t>(row)].value_or(0.0); }
-
 }  // namespace sarnerf::test

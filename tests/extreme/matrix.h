@@ -57,7 +57,4 @@ enum class Case {
 /// as infinite.
 void record(Case row, double error);
 
-/// The largest error recorded so far.
-double worst(Case row);
-
 }  // namespace sarnerf::test

@@ -28,7 +28,7 @@ TEST_CASE("harmonics are orthonormal over the sphere") {
   }
   for (int a = 0; a < kMaxHarmonics; ++a) {
     for (int b = 0; b < kMaxHarmonics; ++b) {
-      CHECK(product[a][b] == Approx(a == b ? 1.0 : 0.0).margin(1e-14));
+      CHECK(product[a][b] == within_margin(a == b ? 1.0 : 0.0, 1e-14));
     }
   }
 }

@@ -13,7 +13,7 @@ using namespace sarnerf::test;
 namespace {
 
 void check_equal(const glm::dvec3& a, const glm::dvec3& b) {
-  for (int axis = 0; axis < 3; ++axis) CHECK(a[axis] == Approx(b[axis]).margin(1e-15));
+  for (int axis = 0; axis < 3; ++axis) CHECK(a[axis] == within_margin(b[axis], 1e-15));
 }
 
 std::string message_of(const Acquisition& a) {
@@ -35,7 +35,7 @@ TEST_CASE("the frame is orthonormal, h × v = k, and looking left mirrors h") {
       check_equal(glm::cross(right.h, right.v), right.k);
       CHECK(glm::length(right.h) == Approx(1.0));
       CHECK(glm::length(right.v) == Approx(1.0));
-      CHECK(glm::dot(right.h, right.v) == Approx(0.0).margin(1e-15));
+      CHECK(glm::dot(right.h, right.v) == within_margin(0.0, 1e-15));
       a.look = Look::left;
       const RadarFrame left = radar_frame(a);
       check_equal(left.h, -right.h);
@@ -90,8 +90,8 @@ TEST_CASE("rows and bins follow from places as places do from them") {
   CHECK(a.row_of(0.4) == Approx(32.5));
   CHECK(a.bin_of(-0.3) == Approx(46.5));
   for (double n : {-7.0, 0.0, 0.25, 12.5, 63.0, 200.0}) {
-    CHECK(a.row_of(a.row_offset_m(n)) == Approx(n).margin(1e-12));
-    CHECK(a.bin_of(a.bin_offset_m(n)) == Approx(n).margin(1e-12));
+    CHECK(a.row_of(a.row_offset_m(n)) == within_margin(n, 1e-12));
+    CHECK(a.bin_of(a.bin_offset_m(n)) == within_margin(n, 1e-12));
   }
 }
 
@@ -110,7 +110,7 @@ TEST_CASE("a ray meets a level plane where its range puts it") {
         worst_height = worse(worst_height, double(std::abs(height_over_plane_m(a, height_m, delta, s) - over_m)));
         const double meets_m = plane_range_offset_m(a, height_m, delta);
         worst_plane = worse(worst_plane, double(std::abs((meets_m - (radar_m / cosine - r)) / (r / cosine))));
-        CHECK(height_over_plane_m(a, height_m, delta, meets_m) == Approx(0.0).margin(1e-14 * double(r)));
+        CHECK(height_over_plane_m(a, height_m, delta, meets_m) == within_margin(0.0, 1e-14 * double(r)));
       }
     }
     INFO("altitude " << altitude_m << " m");

@@ -11,13 +11,13 @@ for program in "$@"; do
     echo "$program: the libraries above are missing"
     bad=1
   fi
-  if [ "$(basename "$program")" != sar_import ] && echo "$direct" | grep -E 'lib(matio|csv)'; then
-    echo "$program: links the readers of measured images (above); only sar_import may"
+  if case $(basename "$program") in sar_import | sar_fewshot) false ;; esac && echo "$direct" | grep -E 'lib(matio|csv)'; then
+    echo "$program: links the readers of measured images (above); only sar_import and sar_fewshot may"
     bad=1
   fi
   case $(basename "$program") in
     sar_extract) ;;  # takes from one half to the other
-    sar_nerf_*)
+    sar_nerf_* | sar_fewshot | sar_recognise)
       # GMP may come with a library of the distribution's, through its codecs; CGAL would need it directly.
       if printf '%s\n%s\n' "$direct" "$all" | grep -E 'lib(embree|openvdb)' || echo "$direct" | grep -E 'lib(gmp|mpfr|CGAL)'; then
         echo "$program: links the simulator's libraries (above); only scene, trace, render and bake may"

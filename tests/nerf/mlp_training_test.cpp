@@ -155,7 +155,7 @@ TEST_CASE("options list what concerns the field in use") {
   CHECK_THROWS_AS(options_from_json(R"({"rate":0.001})"), UsageError);
   CHECK_THROWS_WITH(options_from_json(R"({"speckle_floor":0.5})"), "training option 'speckle_floor' is of an older version: use misfit");
   for (const char* dropped : {R"({"huber_delta":3})", R"({"distortion":0.001})", R"({"smooth_density":0.01})"})
-    CHECK_THROWS_WITH(options_from_json(dropped), Catch::Contains("is of an older version: its rule was dropped, leave it out"));
+    CHECK_THROWS_WITH(options_from_json(dropped), ContainsSubstring("is of an older version: its rule was dropped, leave it out"));
   options.mlp.initial_depth = 0.0;
   CHECK_THROWS_AS(Trainer(set, options), UsageError);
   options.mlp.initial_depth = 0.2;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sarnerf/core/error.h"
+#include "sarnerf/core/numbers.h"
 #include "sarnerf/core/parallel.h"
 #include "small_set.h"
 #include "torch_catch.h"
@@ -37,6 +38,23 @@ TEST_CASE("training brings the images closer") {
   const double last = train(trainer, 1, kSteps);
   CHECK(trainer.steps_done() == kSteps);
   CHECK(last < 0.05 * first);
+}
+
+TEST_CASE("a trial chooses the field that predicts views best, and needs six of them") {
+  const FieldChoice none = choose_field(small_set(5));
+  CHECK(none.field == "surface");
+  CHECK(none.trials.empty());
+  CHECK(choice_text(none).find("too few") != std::string::npos);
+
+  const TrainingSet set = small_set(8);
+  TrialRule rule;
+  rule.n_steps = 20;
+  const FieldChoice choice = choose_field(set, 1, {}, rule);
+  REQUIRE(choice.trials.size() == 2);
+  CHECK(choice.held_out == spread_indices(8, 3));
+  const FieldTrial &a = choice.trials[0], &b = choice.trials[1];
+  CHECK(a.n_steps == 20);
+  CHECK(choice.field == (a.psnr_power_db >= b.psnr_power_db ? a.field : b.field));
 }
 
 TEST_CASE("the same seed gives the same bits, another one others") {

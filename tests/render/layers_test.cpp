@@ -242,7 +242,8 @@ TEST_CASE("the image does not depend on layers, nor layers on threads", "[layers
   CHECK(same(a.beta0, b.beta0));
   CHECK(same(b.layers.mask, c.layers.mask));
   for (const Layer layer : {Layer::ground, Layer::wall, Layer::roof, Layer::other, Layer::incidence,
-                            Layer::elevation, Layer::scatterers}) {
+                            Layer::elevation, Layer::scatterers, Layer::error}) {
+    CHECK_FALSE(b.layers.values(layer).pixels().empty());
     CHECK(same(b.layers.values(layer), c.layers.values(layer)));
   }
 }

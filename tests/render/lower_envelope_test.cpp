@@ -54,7 +54,7 @@ void compare(const std::vector<SliceLine>& lines, double r, std::mt19937& random
     if (std::isinf(expected)) {
       CHECK(std::isinf(seen));
     } else {
-      CHECK(seen == Approx(expected).margin(1e-7));
+      CHECK(seen == within_margin(expected, 1e-7));
     }
   }
 }

@@ -38,7 +38,7 @@ TEST_CASE("slices cover their row, end at corners, and count as much as they are
       double end = view.row_offset_m(i - 0.5), weight = 0.0;
       int represented = 0;
       for (const RowSlice& s : slices) {
-        CHECK(s.along_m - 0.5 * s.width_m == Approx(end).margin(1e-12));
+        CHECK(s.along_m - 0.5 * s.width_m == within_margin(end, 1e-12));
         end = s.along_m + 0.5 * s.width_m;
         weight += s.weight;
         CHECK(s.weight == Approx(s.width_m * n_slices / view.azimuth_spacing_m));
@@ -48,7 +48,7 @@ TEST_CASE("slices cover their row, end at corners, and count as much as they are
           CHECK_FALSE((c > s.along_m - 0.499 * s.width_m && c < s.along_m + 0.499 * s.width_m));
         }
       }
-      CHECK(end == Approx(view.row_offset_m(i + 0.5)).margin(1e-12));
+      CHECK(end == within_margin(view.row_offset_m(i + 0.5), 1e-12));
       CHECK(weight == Approx(n_slices));
       // What groups stand for adds up to the row, and is centred where they say.
       double covered = view.row_offset_m(i - 0.5);
@@ -56,11 +56,11 @@ TEST_CASE("slices cover their row, end at corners, and count as much as they are
         if (groups[s].n_slices == 0) continue;
         represented += groups[s].n_slices;
         const double width_m = groups[s].n_slices * slices[s].width_m;
-        CHECK(slices[s].along_m + groups[s].shift * slices[s].width_m - 0.5 * width_m == Approx(covered).margin(1e-12));
+        CHECK(slices[s].along_m + groups[s].shift * slices[s].width_m - 0.5 * width_m == within_margin(covered, 1e-12));
         covered += width_m;
       }
       CHECK(represented == static_cast<int>(slices.size()));
-      CHECK(covered == Approx(end).margin(1e-12));
+      CHECK(covered == within_margin(end, 1e-12));
     }
   }
 }

@@ -43,12 +43,16 @@ Calibration calibration_from_name(std::string_view name);
 /// with H (m) the radar's height above the reference plane at `reference_height_m` (world). Bins nearer
 /// than H lie above the plane's nadir, where θ_j does not exist; there θ_j = 0 and both vanish.
 /// Returns the number of such bins. Throws GeometryError when the radar stands below the plane, and
-/// UsageError for `uncalibrated`.
+/// UsageError for `uncalibrated`; require_calibration() does so without an image.
+void require_calibration(const Acquisition& acquisition, double reference_height_m, Calibration calibration);
 int calibrate(Image<float>& beta0, const Acquisition& acquisition, double reference_height_m,
               Calibration calibration);
 
 /// Converts power to amplitude in place.
 void take_amplitude(Image<float>& power);
+
+/// Angles are often published rounded to hundredths: larger differences mean different geometries.
+inline constexpr double kSameAngle_deg = 0.0101;
 
 /// What a file's rows or columns run along: azimuth rows i or slant-range bins j, forwards or backwards.
 enum class Axis { plus_i, minus_i, plus_j, minus_j };

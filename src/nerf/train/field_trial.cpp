@@ -2,6 +2,7 @@
 #include "sarnerf/nerf/trainer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 
@@ -46,6 +47,7 @@ FieldTrial trial_of(const std::string& field, const TrainingSet& set, const Trai
       trial.failure = "nothing was learned";
     else
       trial.psnr_power_db = psnr_of_views(trainer.field(), set, held_out);
+    if (std::isnan(trial.psnr_power_db)) trial.failure = "its views are no numbers";
   } catch (const NumericsError& error) {
     trial.failure = error.what();
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <optional>
 #include <span>
 #include <vector>
@@ -234,10 +233,6 @@ void SurfaceView::render_row(int i, SurfaceWorker& w, RenderedView& out, const M
   for (std::size_t l = 0; l < w.nested.size(); ++l) nested_->end_row(i, l, w.nested[l].bins, beta0_per_mass_);
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 struct SurfaceEngine::State {
@@ -251,9 +246,9 @@ SurfaceEngine::SurfaceEngine(const Scene& scene) {
   if (scene.mesh.triangles.empty() && !scene.ground) {
     throw GeometryError("the scene has neither triangles nor a ground: there is nothing to render");
   }
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   state_ = std::make_unique<State>(scene);
-  state_->build_s = seconds_since(start);
+  state_->build_s = watch.seconds();
 }
 
 SurfaceEngine::~SurfaceEngine() = default;
@@ -267,7 +262,7 @@ ViewPlan SurfaceEngine::plan(const Acquisition& acquisition, const Sampling& sam
 }
 
 RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor) const {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const Acquisition& a = plan.acquisition;
   RenderedView out;
   out.beta0 = Image<float>(a.n_azimuth, a.n_range);
@@ -298,7 +293,7 @@ RenderedView SurfaceEngine::render(const ViewPlan& plan, const Monitor& monitor)
   if (nested) out.error = nested->estimate(out.beta0);
   if (nested && plan.error.map) out.layers.error = std::move(out.error.map);
   if (plan.error.estimate && !unknown.empty()) out.warnings.push_back("the error cannot be estimated: " + unknown);
-  out.trace_and_deposit_s = seconds_since(start);
+  out.trace_and_deposit_s = watch.seconds();
   if (std::none_of(out.beta0.pixels().begin(), out.beta0.pixels().end(), [](float p) { return p > 0.0f; })) {
     out.warnings.push_back(explain_blank(state_->scene.scene, plan, BlankEvidence{out.n_hits}));
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 
 #include "error_estimate.h"
 #include "plan.h"
@@ -19,10 +18,6 @@ namespace {
 /// the size have 2.1 times the error, mostly of the same sign.
 constexpr double kErrorsPerVoxelDifference = 1.0;
 constexpr double kErrorsPerRayDifference = 0.4;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// Renders every `row_step`th row of a view.
 void render_rows(const VoxelScene& scene, const ViewPlan& plan, int row_step, RenderedView& out,
@@ -96,9 +91,9 @@ VoxelEngine::VoxelEngine(const Scene& scene, Volume volume, std::optional<Volume
     throw GeometryError("the volume has no voxel with extinction or scattering, and there is no ground: "
                         "there is nothing to render");
   }
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   state_ = std::make_unique<State>(scene, std::move(volume), std::move(coarse));
-  state_->build_s = seconds_since(start);
+  state_->build_s = watch.seconds();
 }
 
 VoxelEngine::~VoxelEngine() = default;
@@ -117,7 +112,7 @@ ViewPlan VoxelEngine::plan(const Acquisition& acquisition, const Sampling& sampl
 }
 
 RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) const {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const Acquisition& a = plan.acquisition;
   RenderedView out;
   out.beta0 = Image<float>(a.n_azimuth, a.n_range);
@@ -136,7 +131,7 @@ RenderedView VoxelEngine::render(const ViewPlan& plan, const Monitor& monitor) c
     out.error = estimate(state_->coarse ? *state_->coarse : state_->scene, state_->coarse.has_value(), plan, out.beta0, monitor);
     if (plan.error.map) out.layers.error = std::move(out.error.map);
   }
-  out.trace_and_deposit_s = seconds_since(start);
+  out.trace_and_deposit_s = watch.seconds();
   if (std::none_of(out.beta0.pixels().begin(), out.beta0.pixels().end(), [](float p) { return p > 0.0f; })) {
     out.warnings.push_back(explain_blank(planned, plan, BlankEvidence{out.n_hits, true}));
   }

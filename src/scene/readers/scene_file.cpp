@@ -34,9 +34,6 @@ SceneDocument::SceneDocument(std::string_view text, const std::string& name)
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, double>, 6> kUnits = {
-    {{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"km", 1000.0}, {"in", 0.0254}, {"ft", 0.3048}}};
-
 UpAxis parse_up(const SceneJson& json) {
   const std::string up = json.text();
   if (up == "y") return UpAxis::y;
@@ -46,11 +43,8 @@ UpAxis parse_up(const SceneJson& json) {
 
 double parse_units(const SceneJson& json) {
   if (!json.is_text()) return json.number_above(0.0);
-  const std::string name = json.text();
-  for (const auto& [unit, metres] : kUnits) {
-    if (unit == name) return metres;
-  }
-  json.expected("m, cm, mm, km, in, ft, or metres per unit as a number");
+  if (const auto metres = metres_of_unit(json.text())) return *metres;
+  json.expected(std::string(kUnitsOfLength) + ", or metres per unit as a number");
 }
 
 /// glm::rotate computes cos 90° as 6e-17; right angles are common, so they are made exact.

@@ -4,11 +4,14 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
+
+#include <boost/geometry.hpp>
+#include <boost/geometry/index/rtree.hpp>
 
 #include "cgal/cgal_surface.h"
 #include "repair/mesh_edges.h"
@@ -65,86 +68,36 @@ std::vector<PieceShape> find_pieces(RepairedMesh& mesh, const std::vector<bool>&
 
 namespace {
 
-bool encloses(const Box& outer, const Box& inner) {
-  return glm::all(glm::lessThanEqual(outer.min, inner.min)) && glm::all(glm::greaterThanEqual(outer.max, inner.max));
+namespace index = boost::geometry::index;
+using IndexedPoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
+using IndexedBox = boost::geometry::model::box<IndexedPoint>;
+
+IndexedBox indexed(const Box& box) {
+  return {{box.min.x, box.min.y, box.min.z}, {box.max.x, box.max.y, box.max.z}};
 }
 
 /// Finds which of many boxes enclose another box: logarithmic in their number unless they all overlap.
 class BoxTree {
  public:
-  explicit BoxTree(std::span<const Box> boxes);
+  explicit BoxTree(const std::vector<IndexedBox>& boxes) {
+    std::vector<Numbered> numbered;
+    numbered.reserve(boxes.size());
+    for (const IndexedBox& box : boxes) numbered.emplace_back(box, static_cast<std::uint32_t>(numbered.size()));
+    tree_ = Tree(numbered);  // of a whole range the tree is packed at once
+  }
 
   /// Numbers of the boxes that enclose `inner`, ascending; replaces `found`.
-  void enclosing(const Box& inner, std::vector<std::uint32_t>& found) const;
+  void enclosing(const Box& inner, std::vector<std::uint32_t>& found) const {
+    found.clear();
+    for (auto entry = tree_.qbegin(index::covers(indexed(inner))); entry != tree_.qend(); ++entry) found.push_back(entry->second);
+    std::sort(found.begin(), found.end());
+  }
 
  private:
-  struct Node {
-    Box box;
-    std::uint32_t first = 0, count = 0;  ///< range of order_ in a leaf; count 0: `first` is the second child
-  };
-
-  std::uint32_t build(std::uint32_t first, std::uint32_t count);
-
-  std::vector<Box> boxes_;
-  std::vector<std::uint32_t> order_;
-  std::vector<Node> nodes_;  ///< a node's first child follows it
+  using Numbered = std::pair<IndexedBox, std::uint32_t>;
+  using Tree = index::rtree<Numbered, index::quadratic<16>>;
+  Tree tree_;
 };
-
-constexpr std::uint32_t kLeafBoxes = 4;
-
-BoxTree::BoxTree(std::span<const Box> boxes) : boxes_(boxes.begin(), boxes.end()), order_(boxes.size()) {
-  std::iota(order_.begin(), order_.end(), 0u);
-  if (!boxes_.empty()) build(0, static_cast<std::uint32_t>(boxes_.size()));
-}
-
-std::uint32_t BoxTree::build(std::uint32_t first, std::uint32_t count) {
-  const auto number = static_cast<std::uint32_t>(nodes_.size());
-  nodes_.emplace_back();
-  Box box, centres;
-  for (std::uint32_t n = first; n < first + count; ++n) {
-    box.include(boxes_[order_[n]].min);
-    box.include(boxes_[order_[n]].max);
-    centres.include(boxes_[order_[n]].centre());
-  }
-  nodes_[number].box = box;
-  if (count <= kLeafBoxes) {
-    nodes_[number].first = first;
-    nodes_[number].count = count;
-    return number;
-  }
-  // Two halves of equal count along the longest side, so the depth is logarithmic for any boxes.
-  const glm::dvec3 size = centres.size();
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const auto begin = order_.begin() + first;
-  std::nth_element(begin, begin + count / 2, begin + count, [&](std::uint32_t a, std::uint32_t b) {
-    return boxes_[a].centre()[axis] < boxes_[b].centre()[axis];
-  });
-  build(first, count / 2);
-  const std::uint32_t second = build(first + count / 2, count - count / 2);
-  nodes_[number].first = second;
-  return number;
-}
-
-void BoxTree::enclosing(const Box& inner, std::vector<std::uint32_t>& found) const {
-  found.clear();
-  std::vector<std::uint32_t> open;
-  if (!nodes_.empty()) open.push_back(0);
-  while (!open.empty()) {
-    const std::uint32_t number = open.back();
-    open.pop_back();
-    const Node& node = nodes_[number];
-    if (!encloses(node.box, inner)) continue;
-    if (node.count == 0) {
-      open.push_back(number + 1);
-      open.push_back(node.first);
-      continue;
-    }
-    for (std::uint32_t n = node.first; n < node.first + node.count; ++n) {
-      if (encloses(boxes_[order_[n]], inner)) found.push_back(order_[n]);
-    }
-  }
-  std::sort(found.begin(), found.end());
-}
 
 /// Triangles of each piece, and its inside test, which is built on first use.
 class PieceInteriors {
@@ -220,8 +173,8 @@ std::vector<std::uint32_t> find_cavities(const RepairedMesh& mesh,
     return pieces[a].signed_volume < pieces[b].signed_volume;
   });
   // A tree, because there may be a million of either.
-  std::vector<Box> boxes;
-  for (const std::uint32_t outer : outward) boxes.push_back(pieces[outer].box);
+  std::vector<IndexedBox> boxes;
+  for (const std::uint32_t outer : outward) boxes.push_back(indexed(pieces[outer].box));
   const BoxTree around(boxes);
   PieceInteriors interiors(mesh, pieces.size());
   const auto medium = [&](std::uint32_t piece) {

@@ -188,7 +188,7 @@ double surface_area_m2(const Scene& scene) {
 double translucent_volume_m3(const Scene& scene) {
   double volume = 0.0;
   for (std::size_t t = 0; t < scene.mesh.triangles.size(); ++t) {
-    if (scene.materials[scene.mesh.material[t]].opaque) continue;
+    if (scene.materials[scene.mesh.material[t]].opaque || !scene.pieces[scene.mesh.piece[t]].closed) continue;
     const glm::uvec3& c = scene.mesh.triangles[t];
     const auto corner = [&](std::uint32_t n) { return scene.mesh.vertices_m[n] - scene.box.min; };
     volume += glm::dot(corner(c.x), glm::cross(corner(c.y), corner(c.z))) / 6.0;
