@@ -222,7 +222,8 @@ TEST_CASE("an import replaces none of its own pictures", "[import]") {
   write_chips(folder, 2);
   REQUIRE(folder.run({"mstar", "chips", "-o", "out"}).code == 0);
   const auto whole = folder.contents("out");
-  const Outcome own = folder.run({"images", "out/images", "--depression", "17", "-o", "out", "--overwrite"});
+  write_text(folder / "table.csv", "file,azimuth_deg,depression_deg\nview_000.tif,1,17\nview_001.tif,3,17\n");
+  const Outcome own = folder.run({"images", "out/images", "--csv", "table.csv", "--spacing", "0.2,0.2", "-o", "out", "--overwrite"});
   CHECK(own.code == 2);
   INFO(own.err);
   CHECK(is_import_error(own, "lies in the output out"));

@@ -217,8 +217,8 @@ TEST_CASE("images that a table lists make the same study as datasets", "[fewshot
   for (const char* name : {"cuboid", "platform_upright", "l_building"})
     for (const char* depression : {"17", "15"}) {
       const std::string folder = std::string(name) + "/" + depression;
-      for (const Json& view : chips.json("chips/" + folder + "/dataset.json").at("views")) {
-        // Pictures that a table lists have rows of range, far to near, and columns against the track; these have the radar's axes.
+      const Json dataset = chips.json("chips/" + folder + "/dataset.json");
+      for (const Json& view : dataset.at("views")) {
         table += folder + "/" + view.at("image").get<std::string>() + "," + name + "," + std::to_string(view.at("azimuth_deg").get<double>()) +
                  "," + depression + ",0.2,0.2\n";
       }

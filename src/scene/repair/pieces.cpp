@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#define BOOST_ALLOW_DEPRECATED_HEADERS  // Boost 1.74 includes one itself
 #include <boost/geometry.hpp>
 #include <boost/geometry/index/rtree.hpp>
 
