@@ -80,17 +80,18 @@ void refuse_inside(const std::filesystem::path& output, std::span<const std::fil
   }
 }
 
+bool is_numbered(const std::filesystem::path& path, std::string_view prefix, std::string_view ending) {
+  const std::string stem = path.stem().string();
+  return path.extension() == ending && stem.size() > prefix.size() && stem.starts_with(prefix) &&
+         std::all_of(stem.begin() + static_cast<std::ptrdiff_t>(prefix.size()), stem.end(),
+                     [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
 namespace {
 
 constexpr std::string_view kStem = "view_";
 
-/// Whether the name is "view_" and digits, with this ending.
-bool is_view(const std::filesystem::path& path, std::string_view ending) {
-  const std::string stem = path.stem().string();
-  return path.extension() == ending && stem.size() > kStem.size() && stem.starts_with(kStem) &&
-         std::all_of(stem.begin() + kStem.size(), stem.end(),
-                     [](unsigned char c) { return std::isdigit(c) != 0; });
-}
+bool is_view(const std::filesystem::path& path, std::string_view ending) { return is_numbered(path, kStem, ending); }
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "recipe_file.h"
@@ -28,6 +29,9 @@ void remove_files(const std::filesystem::path& folder, const std::function<bool(
 /// Throws UsageError if a file to be written is one of the inputs; skips empty paths.
 void refuse_input(const std::filesystem::path& output,
                   std::span<const std::filesystem::path> inputs);
+
+/// Whether the file's name is `prefix` and digits, with this ending: "view_012.tif".
+bool is_numbered(const std::filesystem::path& path, std::string_view prefix, std::string_view ending);
 
 /// Throws UsageError for an output inside an input folder: the next run would read its files as further input.
 void refuse_inside(const std::filesystem::path& output, std::span<const std::filesystem::path> input_folders);

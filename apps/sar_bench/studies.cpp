@@ -106,7 +106,7 @@ namespace fs = std::filesystem;
 
 nlohmann::json study_sweep(const StudyOptions& options) {
   const fs::path program = program_beside("sar_render");
-  // A new folder of our own: only its content is ever removed.
+  // A new folder of our own, since only its content is ever removed. mkdtemp() wants six letters X to replace.
   std::string place = (fs::temp_directory_path() / "sar_bench_sweep_XXXXXX").string();
   if (::mkdtemp(place.data()) == nullptr) throw Error("cannot create a folder like " + place);
   const fs::path folder = fs::path(place) / "sweep";

@@ -9,7 +9,8 @@ std::string import_images(const Options& options, Console& console, const Monito
   Choice choice = choose(find_sources(options, console, monitor), options.selection);
   if (const std::string duplicates = duplicates_text(choice.chosen); !duplicates.empty())
     console.warning(duplicates);
-  refuse_beyond_memory(options, choice.chosen);
+  // Chips were read to the end before: find_sources() has checked them.
+  if (options.command == Command::images) refuse_beyond_memory(options, choice.chosen);
   read_sizes(options, choice.chosen, monitor);
   if (options.dry_run) return plan_text(options, choice);
   if (options.explain) console.asked_for(plan_text(options, choice));

@@ -277,10 +277,6 @@ void warn_of_several_classes(const std::vector<Source>& sources, Console& consol
                     "import the folder of one target");
 }
 
-}  // namespace
-
-namespace {
-
 /// An image of an earlier dataset would be replaced before it is read.
 void refuse_own_images(const SweepFolder& folder, const std::vector<Source>& chosen) {
   for (const Source& source : chosen)
@@ -343,12 +339,7 @@ std::string chip_name(std::size_t n) {
 }
 
 /// Whether the name is chip_name()'s of some number.
-bool is_chip(const std::filesystem::path& path) {
-  const std::string stem = path.stem().string();
-  constexpr std::string_view kStem = "chip_";
-  return path.extension() == ".phoenix" && stem.size() > kStem.size() && stem.starts_with(kStem) &&
-         std::all_of(stem.begin() + kStem.size(), stem.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
-}
+bool is_chip(const std::filesystem::path& path) { return is_numbered(path, "chip_", ".phoenix"); }
 
 std::vector<std::byte> chip_bytes(const Options& o, const Dataset& dataset, std::size_t n,
                                   const Monitor& monitor) {

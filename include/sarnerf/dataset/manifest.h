@@ -43,10 +43,12 @@ Calibration calibration_from_name(std::string_view name);
 /// with H (m) the radar's height above the reference plane at `reference_height_m` (world). Bins nearer
 /// than H lie above the plane's nadir, where θ_j does not exist; there θ_j = 0 and both vanish.
 /// Returns the number of such bins. Throws GeometryError when the radar stands below the plane, and
-/// UsageError for `uncalibrated`; require_calibration() does so without an image.
-void require_calibration(const Acquisition& acquisition, double reference_height_m, Calibration calibration);
+/// UsageError for `uncalibrated`.
 int calibrate(Image<float>& beta0, const Acquisition& acquisition, double reference_height_m,
               Calibration calibration);
+
+/// Throws what calibrate() would.
+void require_calibration(const Acquisition& acquisition, double reference_height_m, Calibration calibration);
 
 /// Converts power to amplitude in place.
 void take_amplitude(Image<float>& power);

@@ -2,7 +2,6 @@
 #include "readers/scene_file.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <utility>

@@ -80,10 +80,10 @@ IndexedBox indexed(const Box& box) {
 /// Finds which of many boxes enclose another box: logarithmic in their number unless they all overlap.
 class BoxTree {
  public:
-  explicit BoxTree(const std::vector<IndexedBox>& boxes) {
+  explicit BoxTree(std::span<const Box> boxes) {
     std::vector<Numbered> numbered;
     numbered.reserve(boxes.size());
-    for (const IndexedBox& box : boxes) numbered.emplace_back(box, static_cast<std::uint32_t>(numbered.size()));
+    for (const Box& box : boxes) numbered.emplace_back(indexed(box), static_cast<std::uint32_t>(numbered.size()));
     tree_ = Tree(numbered);  // of a whole range the tree is packed at once
   }
 
@@ -174,8 +174,8 @@ std::vector<std::uint32_t> find_cavities(const RepairedMesh& mesh,
     return pieces[a].signed_volume < pieces[b].signed_volume;
   });
   // A tree, because there may be a million of either.
-  std::vector<IndexedBox> boxes;
-  for (const std::uint32_t outer : outward) boxes.push_back(indexed(pieces[outer].box));
+  std::vector<Box> boxes;
+  for (const std::uint32_t outer : outward) boxes.push_back(pieces[outer].box);
   const BoxTree around(boxes);
   PieceInteriors interiors(mesh, pieces.size());
   const auto medium = [&](std::uint32_t piece) {
