@@ -16,7 +16,7 @@ namespace sarnerf::app {
 namespace {
 
 /// Raised whenever the same chips and options would give other cells or other generated chips.
-constexpr int kMethod = 3;
+constexpr int kMethod = 4;
 
 std::string fingerprint_of(const std::vector<ClassChips>& chips) {
   std::string text;
@@ -40,7 +40,7 @@ Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
                      {"test_rest", o.test_rest},
                      {"exchange_clutter", o.exchange}}},
           {"classifiers", {{"steps", c.n_steps}, {"batch", c.batch}, {"rate", c.rate}, {"weight_decay", c.weight_decay},
-                           {"shift_pixels", c.shift_pixels}, {"gain_jitter", c.gain_jitter}, {"shot_fraction", c.shot_fraction}}},
+                           {"label_smoothing", c.label_smoothing}, {"shift_pixels", c.shift_pixels}, {"gain_jitter", c.gain_jitter}, {"shot_fraction", c.shot_fraction}}},
           {"generated", {{"step_deg", g.step_deg}, {"reach_deg", g.reach_deg},
                          {"depression_deg", g.depression_deg ? Json(*g.depression_deg) : Json("that of the shots")}, {"interpolation", name(g.interpolation)},
                          {"field", g.field}, {"field_steps", g.field_steps},

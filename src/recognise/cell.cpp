@@ -126,6 +126,7 @@ void each_number(Options& o, const Visit& visit) {
   visit("batch", o.batch);
   visit("rate", o.rate);
   visit("weight_decay", o.weight_decay);
+  visit("label_smoothing", o.label_smoothing);
   visit("shift_pixels", o.shift_pixels);
   visit("gain_jitter", o.gain_jitter);
   visit("shot_fraction", o.shot_fraction);

@@ -144,7 +144,7 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
     for (auto& group : optimiser.param_groups()) group.options().set_lr(o.rate * rate_at((step + 0.5) / o.n_steps));
     optimiser.zero_grad();
     const torch::Tensor scores = net->forward(disturbed(batch.amplitude, side, o).to(o.device));
-    torch::cross_entropy_loss(scores, batch.label.to(o.device)).backward();
+    torch::cross_entropy_loss(scores, batch.label.to(o.device), {}, at::Reduction::Mean, -100, o.label_smoothing).backward();
     optimiser.step();
     if (report) report(step + 1, o.n_steps);
   }

@@ -16,7 +16,6 @@ torch::nn::Sequential a_convnet(int n_classes) {
   nn::Sequential net;
   const auto add = [&](int from, int to, int side) {
     net->push_back(nn::Conv2d(nn::Conv2dOptions(from, to, side)));
-    net->push_back(nn::BatchNorm2d(to));
     net->push_back(nn::ReLU());
   };
   add(1, 16, 5);  // 88 → 84 → 42
