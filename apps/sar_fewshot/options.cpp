@@ -118,7 +118,7 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.begin_group("Classifiers");
   command.add("--steps", o.training.n_steps, whole("N", 1, 1'000'000), "Steps of a training");
   command.add("--batch", o.training.batch, whole("N", 2, 10'000), "Chips of a step");
-  command.add("--rate", o.training.rate, positive("X"), "Largest learning rate");
+  command.add("--rate", o.training.rate, positive("X"), "Largest learning rate; --check-clutter has its own");
   command.add("--weight-decay", o.training.weight_decay, between("X", 0.0, 1.0), "Of AdamW");
   command.add("--label-smoothing", o.training.label_smoothing, between("X", 0.0, 0.9), "Part of a label that is spread over all classes");
   command.add("--shift", o.training.shift_pixels, whole("N", 0, 8), "Largest random shift of a chip (pixels)");
