@@ -21,20 +21,20 @@ namespace sarnerf::app {
 
 namespace {
 
-/// A chip, where its target and its shadow are, and the power of its background.
+/// A chip, where its target and its shadow are, and how bright its background is: the mean square root of amplitude outside of both, which
+/// is what classifiers see.
 struct TargetAndBackground {
   const Image<float>* power = nullptr;
   Image<std::uint8_t> kept;
-  double background_power = 0.0;
+  double background_root = 1.0;
 };
 
-/// Pixels of target or shadow that hang together with those next to the centre, and their surroundings. Others are speckle.
-TargetAndBackground separated(const Image<float>& power) {
-  constexpr int kCentre_pixels = 16, kDilation_pixels = 3;
-  TargetAndBackground result{&power, Image<std::uint8_t>(power.n_azimuth(), power.n_range()), 1.0};
+/// Pixels of target or shadow that hang together with those next to the centre, and up to `dilation_pixels` around them. Others are speckle.
+TargetAndBackground separated(const Image<float>& power, int dilation_pixels) {
+  constexpr int kCentre_pixels = 16;
+  TargetAndBackground result{&power, Image<std::uint8_t>(power.n_azimuth(), power.n_range())};
   const std::optional<Regions> regions = find_regions(power);
   if (!regions) return result;
-  result.background_power = regions->background_power;
   const int middle_i = power.n_azimuth() / 2, middle_j = power.n_range() / 2;
   Image<float> found(power.n_azimuth(), power.n_range());
   std::vector<std::pair<int, int>> open;
@@ -50,7 +50,15 @@ TargetAndBackground separated(const Image<float>& power) {
     open.pop_back();
     for (const auto& [di, dj] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) offer(i + di, j + dj);
   }
-  result.kept = target_mask(found, {.share_of_peak = 0.0, .dilation_pixels = kDilation_pixels});
+  result.kept = target_mask(found, {.share_of_peak = 0.0, .dilation_pixels = dilation_pixels});
+  double sum = 0.0;
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < power.pixels().size(); ++k) {
+    if (result.kept.pixels()[k] != 0) continue;
+    sum += std::pow(double{power.pixels()[k]}, 0.25);
+    ++n;
+  }
+  if (sum > 0.0) result.background_root = sum / static_cast<double>(n);
   return result;
 }
 
@@ -65,11 +73,11 @@ Image<float> background_of(const TargetAndBackground& chip) {
   return result;
 }
 
-/// The target and the shadow of one chip on the background of another one, which is scaled to the first one's power.
+/// The target and the shadow of one chip on the background of another one, which is made as bright as the first one's.
 Image<float> on_background_of(const TargetAndBackground& target, const TargetAndBackground& donor) {
   Image<float> result = *target.power;
   const Image<float> background = background_of(donor);
-  const auto gain = static_cast<float>(target.background_power / donor.background_power);
+  const auto gain = static_cast<float>(std::pow(target.background_root / donor.background_root, 4.0));
   for (int i = 0; i < result.n_azimuth(); ++i)
     for (int j = 0; j < result.n_range(); ++j)
       if (target.kept(i, j) == 0) result(i, j) = gain * background(i, j);
@@ -96,7 +104,8 @@ std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::s
 }  // namespace
 
 Image<float> relative_background(const Image<float>& power) {
-  Image<float> background = background_of(separated(power));
+  constexpr int kDilation_pixels = 3;
+  Image<float> background = background_of(separated(power, kDilation_pixels));
   double sum = 0.0;
   for (const float p : background.pixels()) sum += double{p};
   const auto scale = static_cast<float>(static_cast<double>(background.pixels().size()) / std::max(sum, 1e-300));
@@ -105,6 +114,8 @@ Image<float> relative_background(const Image<float>& power) {
 }
 
 void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
+  // Faint returns of a vehicle reach farther than the rule of regions finds it, and classifiers use them.
+  constexpr int kDilation_pixels = 8;
   std::vector<std::int64_t> labels;
   std::vector<const PosedImage*> originals;
   for (std::size_t c = 0; c < chips.size(); ++c)
@@ -114,7 +125,7 @@ void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips,
     }
   std::vector<TargetAndBackground> separate(originals.size());
   parallel_for(originals.size(), 8, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t n = begin; n < end; ++n) separate[n] = separated(originals[n]->power);
+    for (std::size_t n = begin; n < end; ++n) separate[n] = separated(originals[n]->power, kDilation_pixels);
   });
   const auto exchanged = [&](bool within_class) {
     const auto donor = donors(originals, labels, within_class, static_cast<std::uint64_t>(1000 * draw.n_shots + draw.number));

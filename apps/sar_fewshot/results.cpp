@@ -38,6 +38,14 @@ std::map<int, double> accuracies(const std::vector<Cell>& cells, Classifier clas
   });
 }
 
+/// a − b of the draws that both have.
+std::vector<double> differences_by_draw(const std::map<int, double>& a, const std::map<int, double>& b) {
+  std::vector<double> differences;
+  for (const auto& [draw, value] : a)
+    if (const auto found = b.find(draw); found != b.end()) differences.push_back(value - found->second);
+  return differences;
+}
+
 struct Spread {
   double mean = 0.0, deviation = 0.0, least = 0.0, most = 0.0;
 };
@@ -123,11 +131,9 @@ std::vector<Comparison> comparisons(const Options& o, const std::vector<ClassChi
           std::vector<double> p;
           for (const int n_shots : o.shots) {
             if (n_shots == 0) continue;
-            const auto a = values_of(cells, classifier, arm, n_shots, measure.value),
-                       b = values_of(cells, classifier, reference, n_shots, measure.value);
-            std::vector<double> differences;
-            for (const auto& [draw, value] : a)
-              if (const auto found = b.find(draw); found != b.end()) differences.push_back(value - found->second);
+            const std::vector<double> differences =
+                differences_by_draw(values_of(cells, classifier, arm, n_shots, measure.value),
+                                    values_of(cells, classifier, reference, n_shots, measure.value));
             if (differences.empty()) continue;
             all.push_back({measure.title, classifier, arm, reference, n_shots, paired_difference(differences)});
             p.push_back(all.back().difference.p);
@@ -184,22 +190,34 @@ std::string difference_table(const Options& o, const std::vector<Comparison>& al
   return rows.empty() ? "" : markdown_table(columns, rows);
 }
 
-/// Accuracy where the background of the test chips was exchanged; nothing where it was not.
+/// What an exchange of the test chips' background changes, paired by draw. Empty where it was not made.
+std::optional<PairedDifference> change_by_exchange(const std::vector<Cell>& cells, Classifier classifier, Arm arm, int n_shots, Confusion Cell::*from,
+                                                   Confusion Cell::*to) {
+  const std::vector<double> changes =
+      differences_by_draw(accuracies(cells, classifier, arm, n_shots, to), accuracies(cells, classifier, arm, n_shots, from));
+  return changes.empty() ? std::nullopt : std::optional(paired_difference(changes));
+}
+
+/// Accuracy, what the exchange within classes costs (the control), and what that between classes costs more. Nothing without an exchange.
 std::string exchange_table(const Options& o, const std::vector<Cell>& cells, Classifier classifier) {
   std::vector<TableColumn> columns{{"added to the shots"}};
   for (const int n : o.shots)
-    for (const char* which : {"as measured", "exchanged within classes", "across classes"})
+    for (const char* which : {"as measured (%)", "within classes − as measured (points)", "across − within classes (points)"})
       columns.push_back({shots_text(n) + " shots, " + which, Align::right});
   std::vector<std::vector<std::string>> rows;
   for (const Arm arm : o.arms) {
     std::vector<std::string> row{std::string(name(arm))};
     bool any = false;
-    for (const int n : o.shots)
-      for (const auto which : {&Cell::confusion, &Cell::within, &Cell::across}) {
-        const auto values = accuracies(cells, classifier, arm, n, which);
-        any = any || (which == &Cell::across && !values.empty());
-        row.push_back(spread_text(values));
+    for (const int n : o.shots) {
+      row.push_back(spread_text(accuracies(cells, classifier, arm, n)));
+      for (const auto& [from, to] : {std::pair(&Cell::confusion, &Cell::within), std::pair(&Cell::within, &Cell::across)}) {
+        const auto change = change_by_exchange(cells, classifier, arm, n, from, to);
+        any = any || change.has_value();
+        row.push_back(!change           ? "–"
+                      : change->n < 2 ? format("%+.1f", change->mean)
+                                      : format("%+.1f (%+.1f to %+.1f)", change->mean, change->low, change->high));
       }
+    }
     if (any) rows.push_back(row);
   }
   return rows.empty() ? "" : markdown_table(columns, rows);
@@ -305,7 +323,8 @@ std::string study_text(const Options& o, const std::vector<ClassChips>& chips, c
               "true difference that the interval of a study of this size excludes from 0 in 80 % of cases. Arms, references and classifiers "
               "are not corrected for.*\n";
     if (const std::string exchanged = exchange_table(o, cells, classifier); !exchanged.empty())
-      text += "\nWith the background exchanged between test chips:\n\n" + exchanged;
+      text += "\nWith the background exchanged between test chips. The exchange within classes is a control: what it costs is the fault of the exchange; "
+              "what the one across classes costs more is what the classifier owes to the background:\n\n" + exchanged;
   }
   return text;
 }

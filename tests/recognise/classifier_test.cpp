@@ -2,6 +2,9 @@
 #include "sarnerf/recognise/classifier.h"
 
 #include <stdexcept>
+#include <vector>
+
+#include <torch/csrc/autograd/autograd.h>
 
 #include "../nerf/torch_catch.h"
 #include "networks.h"
@@ -45,6 +48,29 @@ TEST_CASE("the networks have the layers of their papers", "[recognise]") {
   const torch::NoGradGuard guard;
   CHECK(a_convnet(7)->forward(torch::rand({2, 1, 88, 88})).sizes() == torch::IntArrayRef({2, 7}));
   CHECK(resnet50(7)->forward(torch::rand({2, 1, 64, 64})).sizes() == torch::IntArrayRef({2, 7}));
+}
+
+TEST_CASE("A-ConvNet computes what convolutions, rectification and maxima, one behind the other, compute", "[recognise]") {
+  torch::manual_seed(4);
+  torch::nn::Sequential net = a_convnet(10);
+  net->eval();  // dropout aside
+  const torch::Tensor chips = torch::randn({3, 1, 88, 88});
+  const std::vector<torch::Tensor> p = net->parameters();  // weight and bias of five convolutions
+  REQUIRE(p.size() == 10);
+  torch::Tensor expected = chips;
+  for (std::size_t layer = 0; layer < 5; ++layer) {
+    expected = torch::conv2d(expected, p[2 * layer], p[2 * layer + 1]);
+    if (layer < 4) expected = torch::relu(expected);
+    if (layer < 3) expected = torch::max_pool2d(expected, 2);
+  }
+  expected = expected.flatten(1);
+  const torch::Tensor found = net->forward(chips);
+  CHECK(torch::allclose(found, expected, 1e-4, 1e-5));
+
+  const torch::Tensor label = torch::tensor({1, 7, 2}, torch::kInt64);
+  const auto gradients = [&](const torch::Tensor& scores) { return torch::autograd::grad({torch::cross_entropy_loss(scores, label)}, p); };
+  const auto a = gradients(found), b = gradients(expected);
+  for (std::size_t n = 0; n < p.size(); ++n) CHECK((a[n] - b[n]).norm().item<double>() <= 1e-4 * b[n].norm().item<double>());
 }
 
 TEST_CASE("normalised crops do not depend on a chip's gain", "[recognise]") {
