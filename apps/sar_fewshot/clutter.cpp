@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two questions about the background of chips. Do classifiers recognise targets by it? Then they fail where it is exchanged. And is that
-// of generated chips like that of measured ones? Then a classifier cannot tell them apart.
+// Three questions about the background of chips. Do classifiers recognise targets by it? Then they fail where it is exchanged. Do test chips show
+// the ground that training chips show? Then their backgrounds are correlated. And is the background of generated chips like that of measured
+// ones? Then a classifier cannot tell them apart.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 #include <random>
 #include <utility>
 
@@ -10,6 +13,7 @@
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/text.h"
+#include "sarnerf/core/units.h"
 #include "sarnerf/formation/clutter.h"
 #include "sarnerf/report/page.h"
 #include "study.h"
@@ -84,9 +88,11 @@ Image<float> on_background_of(const TargetAndBackground& target, const TargetAnd
   return result;
 }
 
-/// Of each chip, another one of its class, or of another class, with as many pixels. A chip that has none keeps its own background.
+/// Of each chip, one of another class, at random; or one of the four of its own class that are nearest in azimuth. Both have as many pixels as
+/// the chip. A chip that has none keeps its own background.
 std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::span<const std::int64_t> labels, bool within_class,
                                 std::uint64_t seed) {
+  constexpr std::size_t kNeighbours = 4;
   std::mt19937_64 random(seed);
   const auto same_size = [&](std::size_t a, std::size_t b) {
     return chips[a]->power.n_azimuth() == chips[b]->power.n_azimuth() && chips[a]->power.n_range() == chips[b]->power.n_range();
@@ -96,6 +102,12 @@ std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::s
     std::vector<std::size_t> possible;
     for (std::size_t m = 0; m < donor.size(); ++m)
       if (m != n && (labels[m] == labels[n]) == within_class && same_size(m, n)) possible.push_back(m);
+    if (within_class) {
+      std::ranges::stable_sort(possible, {}, [&](std::size_t m) {
+        return std::abs(std::remainder(chips[m]->acquisition.azimuth_rad - chips[n]->acquisition.azimuth_rad, 2.0 * kPi));
+      });
+      possible.resize(std::min(possible.size(), kNeighbours));
+    }
     donor[n] = possible.empty() ? n : possible[std::uniform_int_distribution<std::size_t>(0, possible.size() - 1)(random)];
   }
   return donor;
@@ -114,7 +126,9 @@ Image<float> relative_background(const Image<float>& power) {
 }
 
 void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
-  // Faint returns of a vehicle reach farther than the rule of regions finds it, and classifiers use them.
+  // Faint returns of a vehicle reach farther than the rule of regions finds it, and classifiers use them. Within a class the new background is
+  // that of nearly the same azimuth: a class that was measured at one place at both depressions shows the same ground again, and a classifier that
+  // knows it must not be taken for a fault of the exchange.
   constexpr int kDilation_pixels = 8;
   std::vector<std::int64_t> labels;
   std::vector<const PosedImage*> originals;
@@ -140,6 +154,106 @@ void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips,
   };
   test.within = exchanged(true);
   test.across = exchanged(false);
+}
+
+// The same ground in training and test chips.
+
+namespace {
+
+/// The square root of amplitude, blurred so that speckle matters less than ground, and where target and shadow are.
+struct GroundOfChip {
+  double azimuth_rad = 0.0;
+  Image<float> root;
+  Image<std::uint8_t> hidden;
+};
+
+std::vector<GroundOfChip> ground_of(const std::vector<PosedImage>& chips) {
+  constexpr int kDilation_pixels = 8;
+  constexpr double kBlur_pixels = 2.0;
+  std::vector<GroundOfChip> ground(chips.size());
+  parallel_for(chips.size(), 8, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) {
+      ground[n] = {chips[n].acquisition.azimuth_rad, gaussian_blur(chips[n].power, kBlur_pixels), separated(chips[n].power, kDilation_pixels).kept};
+      for (float& p : ground[n].root.pixels()) p = std::pow(p, 0.25f);
+    }
+  });
+  return ground;
+}
+
+/// Correlation where both chips have background; empty if there is too little of it, or if it is constant.
+std::optional<double> correlation(const GroundOfChip& a, const GroundOfChip& b) {
+  constexpr double kLeast_pixels = 100.0;
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, yy = 0.0, xy = 0.0;
+  for (std::size_t k = 0; k < a.root.pixels().size(); ++k) {
+    if (a.hidden.pixels()[k] != 0 || b.hidden.pixels()[k] != 0) continue;
+    const double p = double{a.root.pixels()[k]}, q = double{b.root.pixels()[k]};
+    n += 1.0, x += p, y += q, xx += p * p, yy += q * q, xy += p * q;
+  }
+  const double variances = (xx - x * x / n) * (yy - y * y / n);
+  if (n < kLeast_pixels || !(variances > 0.0)) return std::nullopt;
+  return (xy - x * y / n) / std::sqrt(variances);
+}
+
+/// Mean correlation of test chips with the training chip that is nearest to their azimuth plus `offset_rad`.
+class MeanCorrelation {
+ public:
+  void add(const std::vector<GroundOfChip>& test, const std::vector<GroundOfChip>& training, double offset_rad) {
+    constexpr double kMost_rad = rad_from_deg(2.0);
+    for (const GroundOfChip& chip : test) {
+      const auto apart = [&](const GroundOfChip& other) {
+        return std::abs(std::remainder(other.azimuth_rad - chip.azimuth_rad - offset_rad, 2.0 * kPi));
+      };
+      const auto nearest = std::ranges::min_element(training, {}, apart);
+      if (nearest == training.end() || apart(*nearest) > kMost_rad) continue;
+      if (const auto c = correlation(chip, *nearest)) sum_ += *c, ++n_;
+    }
+  }
+  std::string text() const { return n_ > 0 ? format("%.3f", sum_ / n_) : "–"; }
+
+ private:
+  double sum_ = 0.0;
+  int n_ = 0;
+};
+
+}  // namespace
+
+std::string ground_text(const std::vector<ClassChips>& chips, const Monitor& monitor) {
+  constexpr double kOffsets_deg[] = {0.0, 10.0, 90.0, 180.0};
+  std::vector<std::vector<GroundOfChip>> training, test;
+  for (const ClassChips& c : chips) {
+    monitor.check();
+    training.push_back(ground_of(c.training));
+    test.push_back(ground_of(c.test));
+    monitor.report("ground of classes", training.size(), chips.size());
+  }
+  std::vector<std::vector<std::string>> rows;
+  MeanCorrelation all[std::size(kOffsets_deg)], all_others;
+  for (std::size_t c = 0; c < chips.size(); ++c) {
+    monitor.check();
+    if (test[c].empty()) continue;
+    std::vector<std::string> row{chips[c].name};
+    for (std::size_t k = 0; k < std::size(kOffsets_deg); ++k) {
+      MeanCorrelation of_class;
+      for (MeanCorrelation* mean : {&of_class, &all[k]}) mean->add(test[c], training[c], rad_from_deg(kOffsets_deg[k]));
+      row.push_back(of_class.text());
+    }
+    MeanCorrelation others;
+    for (std::size_t d = 0; d < chips.size(); ++d)
+      if (d != c)
+        for (MeanCorrelation* mean : {&others, &all_others}) mean->add(test[c], training[d], 0.0);
+    row.push_back(others.text());
+    rows.push_back(row);
+  }
+  std::vector<std::string> row{"all"};
+  for (const MeanCorrelation& mean : all) row.push_back(mean.text());
+  row.push_back(all_others.text());
+  rows.push_back(row);
+  return "# Ground of test and of training chips\n\n"
+         "Correlation of the background (square root of amplitude, blurred by 2 pixels, outside of target and shadow) of each test chip with that of a "
+         "training chip, of its class at azimuths so far away (within 2 degrees), or of another class:\n\n" +
+         markdown_table({{"class"}, {"same azimuth", Align::right}, {"10°", Align::right}, {"90°", Align::right}, {"180°", Align::right},
+                         {"another class, same azimuth", Align::right}}, rows) +
+         "\nWhere the first column is far from 0, test chips show ground that training chips show, and classifiers can recognise it.\n";
 }
 
 // Measured and generated background.

@@ -117,6 +117,12 @@ void run(const Options& options, Console& console) {
       print_result(text);
       return;
     }
+    if (options.check_ground) {
+      const std::string text = ground_text(chips, monitor);
+      write_file_atomically(options.output / "ground.md", text);
+      print_result(text);
+      return;
+    }
     const std::vector<Cell> cells = run_study(options, chips, console, monitor);
     write_pictures(options, chips, monitor);
     print_result(write_report(options, chips, cells));

@@ -105,6 +105,9 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.add_flag("--check-clutter", o.check_clutter,
                    "Compare the background of measured and of learned chips, and stop: can a network tell them apart?");
 
+  command.add_flag("--check-ground", o.check_ground,
+                   "Compare the background of test and of training chips, and stop: do they show the same ground?");
+
   command.then([&] {
     if (!quick) return;
     if (!command.given("--classes")) o.most_classes = 4;
@@ -158,6 +161,8 @@ void require_sense(const Options& o) {
   if (o.check_clutter && (o.generation.depression_deg || o.test_rest || o.generation.speckle == Speckle::none))
     throw UsageError("--check-clutter: compares clutter of learned chips with that of measured ones at the same azimuths and depression; leave out "
                      "--generate-depression, --test-rest and --speckle off");
+  if (o.check_ground && (o.validate || o.check_clutter))
+    throw UsageError("--check-ground: compares chips of both depressions, and nothing else; leave out --validate and --check-clutter");
   if (o.classifiers == std::vector{Classifier::background} && !has(o.arms, Arm::none))
     throw UsageError("--classifiers background: learns from the shots alone; add none to --arms");
 }

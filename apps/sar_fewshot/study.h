@@ -76,6 +76,7 @@ struct Options {
   bool test_rest = false;  ///< classes without chips at the test depression are tested on their training chips that are no shots
   bool exchange = false;   ///< test on chips with exchanged background, too
   bool check_clutter = false;  ///< compare the background of measured and generated chips, and learn nothing else
+  bool check_ground = false;   ///< compare the background of training and test chips, and learn nothing
 
   ClassifierOptions training;
   GenerationOptions generation;
@@ -149,10 +150,13 @@ std::vector<Image<float>> powers_of(const LabelledChips& chips);
 /// The background of a chip over its mean, everywhere: where its target and its shadow are, it is that of the chip's edge.
 Image<float> relative_background(const Image<float>& power);
 
-/// Fills `within` and `across`: the test chips, with targets and shadows on the backgrounds of other test chips of the same class (a
-/// control: whatever this costs is the exchange's own fault) and of other classes. Targets and shadows are regions of find_regions() around
-/// the centre, and 3 pixels more.
+/// Fills `within` and `across`: the test chips, with targets and shadows on the backgrounds of other test chips of the same class and nearly
+/// the same azimuth (a control: whatever this costs is the exchange's own fault) and of other classes. Targets and shadows are regions of
+/// find_regions() around the centre, and 8 pixels more.
 void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate);
+
+/// Correlation of the background of test chips with that of training chips, by class and distance in azimuth; in Markdown.
+std::string ground_text(const std::vector<ClassChips>& chips, const Monitor& monitor);
 
 /// Statistics of the background of measured chips and of learned ones at the same azimuths, and how often a network can tell them apart;
 /// in Markdown. Of the first draw with the most shots.

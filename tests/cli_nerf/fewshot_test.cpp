@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_fewshot on simulated chips of three classes.
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <map>
@@ -214,6 +215,35 @@ TEST_CASE("backgrounds are exchanged between test chips, and compared with gener
   INFO(compared.err);
   CHECK(compared.code == 0);
   CHECK(compared.out.find("measured from generated: ") != std::string::npos);
+}
+
+TEST_CASE("ground that test chips have in common with training chips is found", "[fewshot]") {
+  const ThreeClasses chips;
+  // Each chip is listed at 17 degrees, and once more at 15.
+  std::string table = "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m\n";
+  for (const std::string name : {"cuboid", "platform_upright", "l_building"}) {
+    const Json dataset = chips.json("chips/" + name + "/17/dataset.json");
+    fs::create_directories(chips / "chips/again" / name);
+    for (const Json& view : dataset.at("views")) {
+      const auto image = view.at("image").get<std::string>();
+      const std::string again = "again/" + name + "/" + fs::path(image).filename().string();
+      fs::copy_file(chips / "chips" / name / "17" / image, chips / "chips" / again);
+      const std::string rest = "," + name + "," + std::to_string(view.at("azimuth_deg").get<double>());
+      table += name + "/17/" + image + rest + ",17,0.2,0.2\n" + again + rest + ",15,0.2,0.2\n";
+    }
+  }
+  std::ofstream(chips / "table.csv") << table;
+  const Outcome ground = chips.run({{"--csv", "table.csv"}, {"--amplitude-scale", "1"}, {"--check-ground", ""}});
+  INFO(ground.err << ground.out);
+  REQUIRE(ground.code == 0);
+  std::string all = ground.out.substr(ground.out.find("| all "));
+  all.resize(all.find('\n'));
+  std::erase(all, ' ');
+  const std::string expected = "|all|1.000|–|";  // chips are 15 degrees apart: none at 10
+  REQUIRE(all.substr(0, expected.size()) == expected);
+  CHECK(std::abs(std::stod(all.substr(expected.size()))) < 0.2);  // at 90 degrees speckle is another
+  CHECK(fs::exists(chips / "study/ground.md"));
+  CHECK(chips.run({{"--check-ground", ""}, {"--validate", ""}}).is_error("--validate"));
 }
 
 TEST_CASE("images that a table lists are studied like datasets", "[fewshot]") {

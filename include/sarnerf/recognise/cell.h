@@ -20,7 +20,7 @@ Confusion confusion_of(const torch::Tensor& scores, const torch::Tensor& label, 
 double accuracy(const Confusion& confusion);
 
 /// What classifiers are tested on: chips as they were measured, and, if the study exchanges them, the same chips with the background of
-/// another chip of their class and of other classes.
+/// another chip of their class, at nearly the same azimuth, and of other classes.
 struct TestChips {
   LabelledChips measured, within, across;
 };
