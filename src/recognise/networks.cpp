@@ -14,7 +14,7 @@ namespace nn = torch::nn;
 
 namespace {
 
-/// A convolution of one channel, the maximum of each 2 × 2 pixels, and rectification: Conv2d, MaxPool2d and ReLU in less than two thirds of
+/// A convolution of one channel, the maximum of each 2 × 2 pixels, and rectification: Conv2d, MaxPool2d and ReLU in about two thirds of
 /// their time. Each of the four pixels is a convolution of its own, by 3 × 3 blocks of 2 × 2 pixels, so that the maximum is one over channels.
 struct FirstConvolutionImpl : nn::Module {
   FirstConvolutionImpl(int to, int side) : convolution(register_module("convolution", nn::Conv2d(nn::Conv2dOptions(1, to, side)))) {}
