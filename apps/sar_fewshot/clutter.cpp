@@ -25,20 +25,14 @@ namespace sarnerf::app {
 
 namespace {
 
-/// A chip, where its target and its shadow are, and how bright its background is: the mean square root of amplitude outside of both, which
-/// is what classifiers see.
-struct TargetAndBackground {
-  const Image<float>* power = nullptr;
-  Image<std::uint8_t> kept;
-  double background_root = 1.0;
-};
+/// Faint returns of a vehicle reach farther than the rule of regions finds it, and classifiers use them.
+constexpr int kReachOfTarget_pixels = 8;
 
 /// Pixels of target or shadow that hang together with those next to the centre, and up to `dilation_pixels` around them. Others are speckle.
-TargetAndBackground separated(const Image<float>& power, int dilation_pixels) {
+Image<std::uint8_t> target_and_shadow(const Image<float>& power, int dilation_pixels) {
   constexpr int kCentre_pixels = 16;
-  TargetAndBackground result{&power, Image<std::uint8_t>(power.n_azimuth(), power.n_range())};
   const std::optional<Regions> regions = find_regions(power);
-  if (!regions) return result;
+  if (!regions) return {power.n_azimuth(), power.n_range()};
   const int middle_i = power.n_azimuth() / 2, middle_j = power.n_range() / 2;
   Image<float> found(power.n_azimuth(), power.n_range());
   std::vector<std::pair<int, int>> open;
@@ -54,7 +48,27 @@ TargetAndBackground separated(const Image<float>& power, int dilation_pixels) {
     open.pop_back();
     for (const auto& [di, dj] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) offer(i + di, j + dj);
   }
-  result.kept = target_mask(found, {.share_of_peak = 0.0, .dilation_pixels = dilation_pixels});
+  return target_mask(found, {.share_of_peak = 0.0, .dilation_pixels = dilation_pixels});
+}
+
+/// The background of a chip. Where its target and its shadow are, that of the edge, half a chip away.
+Image<float> background_of(const Image<float>& power, const Image<std::uint8_t>& hidden) {
+  Image<float> result = power;
+  for (int i = 0; i < power.n_azimuth(); ++i)
+    for (int j = 0; j < power.n_range(); ++j)
+      if (hidden(i, j) != 0) result(i, j) = power((i + power.n_azimuth() / 2) % power.n_azimuth(), (j + power.n_range() / 2) % power.n_range());
+  return result;
+}
+
+/// A chip whose background is exchanged.
+struct TargetAndBackground {
+  const Image<float>* power = nullptr;
+  Image<std::uint8_t> kept;      ///< target and shadow
+  double background_root = 1.0;  ///< mean square root of amplitude, which is what classifiers see, of the background
+};
+
+TargetAndBackground separated(const Image<float>& power) {
+  TargetAndBackground result{&power, target_and_shadow(power, kReachOfTarget_pixels)};
   double sum = 0.0;
   std::size_t n = 0;
   for (std::size_t k = 0; k < power.pixels().size(); ++k) {
@@ -66,21 +80,10 @@ TargetAndBackground separated(const Image<float>& power, int dilation_pixels) {
   return result;
 }
 
-/// The background of a chip. Where its target and its shadow are, that of the edge, half a chip away.
-Image<float> background_of(const TargetAndBackground& chip) {
-  const Image<float>& power = *chip.power;
-  Image<float> result = power;
-  for (int i = 0; i < power.n_azimuth(); ++i)
-    for (int j = 0; j < power.n_range(); ++j)
-      if (chip.kept(i, j) != 0)
-        result(i, j) = power((i + power.n_azimuth() / 2) % power.n_azimuth(), (j + power.n_range() / 2) % power.n_range());
-  return result;
-}
-
 /// The target and the shadow of one chip on the background of another one, which is made as bright as the first one's.
 Image<float> on_background_of(const TargetAndBackground& target, const TargetAndBackground& donor) {
   Image<float> result = *target.power;
-  const Image<float> background = background_of(donor);
+  const Image<float> background = background_of(*donor.power, donor.kept);
   const auto gain = static_cast<float>(std::pow(target.background_root / donor.background_root, 4.0));
   for (int i = 0; i < result.n_azimuth(); ++i)
     for (int j = 0; j < result.n_range(); ++j)
@@ -104,7 +107,7 @@ std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::s
       if (m != n && (labels[m] == labels[n]) == within_class && same_size(m, n)) possible.push_back(m);
     if (within_class) {
       std::ranges::stable_sort(possible, {}, [&](std::size_t m) {
-        return std::abs(std::remainder(chips[m]->acquisition.azimuth_rad - chips[n]->acquisition.azimuth_rad, 2.0 * kPi));
+        return apart_rad(chips[m]->acquisition.azimuth_rad, chips[n]->acquisition.azimuth_rad);
       });
       possible.resize(std::min(possible.size(), kNeighbours));
     }
@@ -117,7 +120,7 @@ std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::s
 
 Image<float> relative_background(const Image<float>& power) {
   constexpr int kDilation_pixels = 3;
-  Image<float> background = background_of(separated(power, kDilation_pixels));
+  Image<float> background = background_of(power, target_and_shadow(power, kDilation_pixels));
   double sum = 0.0;
   for (const float p : background.pixels()) sum += double{p};
   const auto scale = static_cast<float>(static_cast<double>(background.pixels().size()) / std::max(sum, 1e-300));
@@ -126,10 +129,8 @@ Image<float> relative_background(const Image<float>& power) {
 }
 
 void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
-  // Faint returns of a vehicle reach farther than the rule of regions finds it, and classifiers use them. Within a class the new background is
-  // that of nearly the same azimuth: a class that was measured at one place at both depressions shows the same ground again, and a classifier that
-  // knows it must not be taken for a fault of the exchange.
-  constexpr int kDilation_pixels = 8;
+  // Within a class the new background is that of nearly the same azimuth: a class that was measured at one place at both depressions shows the
+  // same ground again, and a classifier that knows it must not be taken for a fault of the exchange.
   std::vector<std::int64_t> labels;
   std::vector<const PosedImage*> originals;
   for (std::size_t c = 0; c < chips.size(); ++c)
@@ -139,7 +140,7 @@ void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips,
     }
   std::vector<TargetAndBackground> separate(originals.size());
   parallel_for(originals.size(), 8, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t n = begin; n < end; ++n) separate[n] = separated(originals[n]->power, kDilation_pixels);
+    for (std::size_t n = begin; n < end; ++n) separate[n] = separated(originals[n]->power);
   });
   const auto exchanged = [&](bool within_class) {
     const auto donor = donors(originals, labels, within_class, static_cast<std::uint64_t>(1000 * draw.n_shots + draw.number));
@@ -168,12 +169,12 @@ struct GroundOfChip {
 };
 
 std::vector<GroundOfChip> ground_of(const std::vector<PosedImage>& chips) {
-  constexpr int kDilation_pixels = 8;
   constexpr double kBlur_pixels = 2.0;
   std::vector<GroundOfChip> ground(chips.size());
   parallel_for(chips.size(), 8, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
-      ground[n] = {chips[n].acquisition.azimuth_rad, gaussian_blur(chips[n].power, kBlur_pixels), separated(chips[n].power, kDilation_pixels).kept};
+      ground[n] = {chips[n].acquisition.azimuth_rad, gaussian_blur(chips[n].power, kBlur_pixels),
+                   target_and_shadow(chips[n].power, kReachOfTarget_pixels)};
       for (float& p : ground[n].root.pixels()) p = std::pow(p, 0.25f);
     }
   });
@@ -200,14 +201,13 @@ class MeanCorrelation {
   void add(const std::vector<GroundOfChip>& test, const std::vector<GroundOfChip>& training, double offset_rad) {
     constexpr double kMost_rad = rad_from_deg(2.0);
     for (const GroundOfChip& chip : test) {
-      const auto apart = [&](const GroundOfChip& other) {
-        return std::abs(std::remainder(other.azimuth_rad - chip.azimuth_rad - offset_rad, 2.0 * kPi));
-      };
+      const auto apart = [&](const GroundOfChip& other) { return apart_rad(other.azimuth_rad - chip.azimuth_rad, offset_rad); };
       const auto nearest = std::ranges::min_element(training, {}, apart);
       if (nearest == training.end() || apart(*nearest) > kMost_rad) continue;
       if (const auto c = correlation(chip, *nearest)) sum_ += *c, ++n_;
     }
   }
+  void add(const MeanCorrelation& other) { sum_ += other.sum_, n_ += other.n_; }
   std::string text() const { return n_ > 0 ? format("%.3f", sum_ / n_) : "–"; }
 
  private:
@@ -234,13 +234,14 @@ std::string ground_text(const std::vector<ClassChips>& chips, const Monitor& mon
     std::vector<std::string> row{chips[c].name};
     for (std::size_t k = 0; k < std::size(kOffsets_deg); ++k) {
       MeanCorrelation of_class;
-      for (MeanCorrelation* mean : {&of_class, &all[k]}) mean->add(test[c], training[c], rad_from_deg(kOffsets_deg[k]));
+      of_class.add(test[c], training[c], rad_from_deg(kOffsets_deg[k]));
+      all[k].add(of_class);
       row.push_back(of_class.text());
     }
     MeanCorrelation others;
     for (std::size_t d = 0; d < chips.size(); ++d)
-      if (d != c)
-        for (MeanCorrelation* mean : {&others, &all_others}) mean->add(test[c], training[d], 0.0);
+      if (d != c) others.add(test[c], training[d], 0.0);
+    all_others.add(others);
     row.push_back(others.text());
     rows.push_back(row);
   }

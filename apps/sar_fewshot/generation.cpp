@@ -137,9 +137,9 @@ const PosedImage& nearest_chip(const ClassChips& chips, std::span<const std::siz
   const PosedImage* nearest = nullptr;
   double least_rad = std::numeric_limits<double>::infinity();
   for (std::size_t n = 0; n < chips.training.size(); ++n) {
-    const double apart_rad = std::abs(std::remainder(chips.training[n].acquisition.azimuth_rad - view.azimuth_rad, 2.0 * kPi));
-    if (apart_rad >= least_rad || std::ranges::find(test, n) != test.end()) continue;
-    least_rad = apart_rad;
+    const double from_view_rad = apart_rad(chips.training[n].acquisition.azimuth_rad, view.azimuth_rad);
+    if (from_view_rad >= least_rad || std::ranges::find(test, n) != test.end()) continue;
+    least_rad = from_view_rad;
     nearest = &chips.training[n];
   }
   return *nearest;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -103,6 +104,9 @@ struct ClassChips {
 inline const std::vector<PosedImage>& tested_chips(const ClassChips& chips, bool validate) {
   return validate || chips.test.empty() ? chips.training : chips.test;
 }
+
+/// Between two azimuths.
+inline double apart_rad(double a_rad, double b_rad) { return std::abs(std::remainder(a_rad - b_rad, 2.0 * kPi)); }
 
 inline double azimuth_deg(const PosedImage& chip) { return deg_from_rad(chip.acquisition.azimuth_rad); }
 
