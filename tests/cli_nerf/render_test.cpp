@@ -12,6 +12,7 @@
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/nerf/learned_field.h"
+#include "sarnerf/nerf/mlp_network.h"
 #include "sarnerf/nerf/model_file.h"
 
 using Json = nlohmann::json;
@@ -32,12 +33,15 @@ TEST_CASE("models that older revisions learned load and render as they did") {
   // sar_nerf_render --azimuth 17. With 9ab3f85: --size 24x24 --spacing 1.4; --field surface --steps 100 --option voxel_size_m=1.4 --option
   // albedo_bins=3; --field paper --steps 20 --option voxel_size_m=2 --option width=32 --option depth=3 --option skip=0.
   const ScratchFolder scratch;
+  // A network's products are rounded as the processor's kernel has it, by about 1 % of the outputs' spread. The view of `paper`
+  // is that of the kernel `bf16`, from which that of `plain` differs by 0.8 % of the peak; `mlp` has another kernel where there is AMX.
+  const bool as_stored = sarnerf::best_mlp_kernel({.depth = 3, .width = 32, .skip = 0}) == sarnerf::MlpKernel::bf16;
   struct Case {
     const char* name;
-    double tolerance;  ///< of the peak: a network's products are rounded as the processor's kernels have it
+    double tolerance;  ///< of the peak
   };
   for (const Case& model : {Case{"models_e07e418/grid", 1e-5}, Case{"models_e07e418/grid_over_ground", 1e-5}, Case{"models_e07e418/mlp", 2e-2},
-                            Case{"models_9ab3f85/surface", 1e-5}, Case{"models_9ab3f85/paper", 1e-3}}) {
+                            Case{"models_9ab3f85/surface", 1e-5}, Case{"models_9ab3f85/paper", as_stored ? 1e-3 : 2e-2}}) {
     INFO(model.name);
     const std::filesystem::path folder = std::filesystem::path(MODELS) / model.name;
     const Outcome view = run_program(SAR_NERF_RENDER, {folder.string(), "--azimuth", "17", "-o", model.name}, scratch.path());

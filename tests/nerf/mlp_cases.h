@@ -5,6 +5,7 @@
 
 #include <random>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "mlp/kernel/mlp_plan.h"
@@ -72,17 +73,20 @@ inline std::vector<FusedKernel> fused_kernels([[maybe_unused]] const MlpShape& s
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx512bf16") && fused_kernels_fit(shape))
     kernels.push_back({"emulated", {mlp_emulated::pack, mlp_emulated::forward, mlp_emulated::backward}});
-  if (best_mlp_kernel(shape) == MlpKernel::amx_bf16)
+  if (mlp_kernel_runs(MlpKernel::amx_bf16, shape))
     kernels.push_back({"amx-bf16", {mlp_amx::pack, mlp_amx::forward, mlp_amx::backward}});
 #endif
-  if (kernels.empty()) WARN("no AVX512-BF16 here, or a network that fits no tile: nothing is checked of the fused kernels");
+  static bool warned = false;
+  if (kernels.empty() && !std::exchange(warned, true))
+    WARN("no AVX512-BF16 here, or a network that fits no tile: nothing is checked of the fused kernels");
   return kernels;
 }
 
-/// Those that users can choose beside `plain`.
+/// Those that users can choose beside `plain`, on this processor.
 inline std::vector<MlpKernel> bf16_kernels(const MlpShape& shape) {
-  std::vector<MlpKernel> kernels{MlpKernel::bf16};
-  if (best_mlp_kernel(shape) == MlpKernel::amx_bf16) kernels.push_back(MlpKernel::amx_bf16);
+  std::vector<MlpKernel> kernels;
+  for (const MlpKernel kernel : {MlpKernel::bf16, MlpKernel::amx_bf16})
+    if (mlp_kernel_runs(kernel, shape)) kernels.push_back(kernel);
   return kernels;
 }
 

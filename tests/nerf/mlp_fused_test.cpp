@@ -42,7 +42,7 @@ TEST_CASE("outputs in bf16 are within 2 % of their spread") {
       agree(found.sigma_raw, expected.sigma_raw);
       agree(found.s_raw, expected.s_raw);
     };
-    check(MlpKernel::bf16, "bf16");
+    if (mlp_kernel_runs(MlpKernel::bf16, shape)) check(MlpKernel::bf16, "bf16");
     for (const FusedKernel& kernel : fused_kernels(shape)) check(kernel, kernel.name);
   }
 }
@@ -68,7 +68,7 @@ TEST_CASE("gradients in bf16 point where they should") {
         CHECK(cosine(f.narrow(0, layer.bias, layer.n_out), e.narrow(0, layer.bias, layer.n_out)) > 0.99);
       }
     };
-    check(MlpKernel::bf16, "bf16");
+    if (mlp_kernel_runs(MlpKernel::bf16, shape)) check(MlpKernel::bf16, "bf16");
     for (const FusedKernel& kernel : fused_kernels(shape)) check(kernel, kernel.name);
   }
 }
@@ -158,7 +158,7 @@ TEST_CASE("no samples give nothing") {
     }
   };
   check(MlpKernel::plain);
-  check(MlpKernel::bf16);
+  if (mlp_kernel_runs(MlpKernel::bf16, shape)) check(MlpKernel::bf16);
   for (const FusedKernel& kernel : fused_kernels(shape)) check(kernel);
 }
 
@@ -170,6 +170,8 @@ TEST_CASE("a kernel that does not fit the network or the processor is refused") 
   const MlpOutput by_default = mlp_forward(network, rays.point_m, rays.direction, rays.begin);
   CHECK(torch::equal(by_default.s_raw, evaluate(network, rays, best_mlp_kernel(odd)).s_raw));
   CHECK_THROWS_AS(evaluate(network, rays, MlpKernel::amx_bf16), UsageError);
+  // LibTorch's products without AVX512-BF16 give gradients that are 5 to 8 % too short: they must not pass for the kernel's.
+  if (!mlp_kernel_runs(MlpKernel::bf16, odd)) CHECK_THROWS_AS(evaluate(network, rays, MlpKernel::bf16), UsageError);
 
   MlpNetwork precise = make_mlp_network({2, 64, 0, 4, 2}, some_box(), 31);
   precise.parameters = precise.parameters.detach().to(torch::kDouble);

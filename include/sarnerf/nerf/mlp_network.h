@@ -86,9 +86,12 @@ enum class MlpKernel {
   amx_bf16,  ///< the same by the project's own fused kernels, which need AMX; sums and all else in float32
 };
 
-/// The fastest one for this processor, this build and a network of this shape: `amx_bf16` where there is AMX, the width is a
-/// multiple of 64 and at most 512, the depth at most 16 and frequencies at most 12; `bf16` with AVX512-BF16 and a LibTorch
-/// that has oneDNN; else `plain`. Requests the use of AMX from the system, once.
+/// Whether this processor and this build have the kernel for a network of this shape: `amx_bf16` where there is AMX, the width
+/// is a multiple of 64 and at most 512, the depth at most 16 and frequencies at most 12; `bf16` with AVX512-BF16 and a LibTorch
+/// that has oneDNN. Elsewhere LibTorch multiplies bf16 numbers without oneDNN: slow, and gradients come out 5 to 8 % too short
+/// (four networks, an AVX2 processor). Requests the use of AMX from the system, once.
+bool mlp_kernel_runs(MlpKernel kernel, const MlpShape& shape);
+/// The fastest one that runs.
 MlpKernel best_mlp_kernel(const MlpShape& shape);
 std::string_view name(MlpKernel kernel);
 
@@ -102,7 +105,7 @@ std::string_view name(MlpKernel kernel);
 /// Results depend on the inputs and the kernel; the gradient also on the number of threads, but not on timing.
 /// Both bf16 kernels differ from float32 by about 1 % of the outputs' spread.
 ///
-/// Throws UsageError if array lengths or types do not match, or if the processor lacks the kernel.
+/// Throws UsageError if array lengths or types do not match, or if the kernel does not run (mlp_kernel_runs()).
 ///
 /// Memory for gradients: 24 bytes a sample and 10 MiB a thread for `amx_bf16`. `bf16` keeps activations, some 6 KiB a sample
 /// and `plain` twice that, up to 4 GB; beyond, they are computed again.

@@ -359,13 +359,19 @@ bool has_amx_bf16() {
 
 }  // namespace
 
-MlpKernel best_mlp_kernel([[maybe_unused]] const MlpShape& shape) {
+bool mlp_kernel_runs(MlpKernel kernel, [[maybe_unused]] const MlpShape& shape) {
+  if (kernel == MlpKernel::plain) return true;
 #ifdef SARNERF_MLP_KERNELS
   static const bool avx512 = has_avx512_bf16(), amx = avx512 && has_amx_bf16();
-  if (amx && fused_kernels_fit(shape)) return MlpKernel::amx_bf16;
-  // A LibTorch without oneDNN multiplies bf16 numbers one by one.
-  if (avx512 && at::hasMKLDNN()) return MlpKernel::bf16;
+  return kernel == MlpKernel::amx_bf16 ? amx && fused_kernels_fit(shape) : avx512 && at::hasMKLDNN();
+#else
+  return false;
 #endif
+}
+
+MlpKernel best_mlp_kernel(const MlpShape& shape) {
+  for (const MlpKernel kernel : {MlpKernel::amx_bf16, MlpKernel::bf16})
+    if (mlp_kernel_runs(kernel, shape)) return kernel;
   return MlpKernel::plain;
 }
 
@@ -390,13 +396,13 @@ MlpOutput mlp_forward(const MlpNetwork& network, std::span<const glm::vec3> poin
   if (type != torch::kFloat) {
     throw UsageError("network: kernel " + std::string(name(kernel)) + " expects parameters of type float32");
   }
-  if (kernel == MlpKernel::bf16)
-    return mlp_forward_torch(network, point_m, ray_direction, ray_begin, torch::kBFloat16, kMostKept_bytes);
-  if (best_mlp_kernel(network.shape) != kernel) {
+  if (!mlp_kernel_runs(kernel, network.shape)) {
     throw UsageError("network: no " + std::string(name(kernel)) +
                      " kernel on this processor, in this build or for this shape; the best one is " +
                      std::string(name(best_mlp_kernel(network.shape))));
   }
+  if (kernel == MlpKernel::bf16)
+    return mlp_forward_torch(network, point_m, ray_direction, ray_begin, torch::kBFloat16, kMostKept_bytes);
 #ifdef SARNERF_MLP_KERNELS
   return mlp_forward_fused(network, point_m, ray_direction, ray_begin, {mlp_amx::pack, mlp_amx::forward, mlp_amx::backward});
 #else
