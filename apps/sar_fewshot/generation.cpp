@@ -292,33 +292,56 @@ void add_clutter(const Image<float>& power, const Image<float>& clutter, std::mt
   }
 }
 
-/// Means with the clutter of shots, unless learned views are to have no speckle: each chip has the background of one shot of its class, or
-/// the mean of several, chosen and mirrored at random, relative to its mean.
-LabelledChips with_background_of_shots(const LabelledChips& means, const std::vector<ClassChips>& chips, const Draw& draw,
-                                       const GenerationOptions& o) {
-  if (o.speckle == Speckle::none) return means;
-  std::vector<std::vector<Image<float>>> backgrounds;
+/// The backgrounds of a class's shots, relative to their means.
+std::vector<PosedImage> backgrounds_of_shots(const ClassChips& chips, const std::vector<std::size_t>& which) {
+  std::vector<PosedImage> backgrounds = shots_of(chips, which);
+  for (PosedImage& shot : backgrounds) shot.power = relative_background(shot.power);
+  return backgrounds;
+}
+
+/// The backgrounds of the nearest shots, turned to the wanted views of all classes.
+std::vector<Image<float>> turned_backgrounds(const std::vector<ClassChips>& chips, const Draw& draw, const GenerationOptions& o) {
+  ViewsOfClasses all;
   for (std::size_t c = 0; c < chips.size(); ++c) {
+    const std::vector<PosedImage> backgrounds = backgrounds_of_shots(chips[c], draw.shots[c]);
+    std::vector<PosedImage> views;
+    for (const WantedView& w : wanted_views(backgrounds, o, o.depression_deg)) views.push_back(turned(backgrounds[w.nearest], w.acquisition));
+    all.add(std::move(views), c);
+  }
+  return powers_of(all.chips());
+}
+
+/// The mean of `n` backgrounds, chosen and mirrored at random.
+Image<float> random_background(const std::vector<Image<float>>& backgrounds, int n, std::mt19937_64& random) {
+  const auto up_to = [&](std::size_t end) { return std::uniform_int_distribution<std::size_t>(0, end - 1)(random); };
+  Image<float> clutter(kStoredSide, kStoredSide);
+  for (int k = 0; k < n; ++k) {
+    const Image<float>& chosen = backgrounds[up_to(backgrounds.size())];
+    const bool in_range = up_to(2) == 1, along_track = up_to(2) == 1;
+    const Image<float> added = mirrored(chosen, along_track, in_range);
+    for (std::size_t p = 0; p < added.pixels().size(); ++p) clutter.pixels()[p] += added.pixels()[p] / static_cast<float>(n);
+  }
+  return clutter;
+}
+
+/// Means with the clutter that the options name.
+LabelledChips with_clutter(const LabelledChips& means, const std::vector<ClassChips>& chips, const Draw& draw, const GenerationOptions& o) {
+  if (o.speckle == Speckle::none) return means;
+  std::vector<Image<float>> of_views;
+  std::vector<std::vector<Image<float>>> of_classes;
+  if (o.speckle == Speckle::nearest_shot) of_views = turned_backgrounds(chips, draw, o);
+  for (std::size_t c = 0; of_views.empty() && c < chips.size(); ++c) {
     ViewsOfClasses of_class;
-    of_class.add(shots_of(chips[c], draw.shots[c]), c);
-    for (PosedImage& shot : of_class.views) shot.power = relative_background(shot.power);
-    backgrounds.push_back(powers_of(of_class.chips()));
+    of_class.add(backgrounds_of_shots(chips[c], draw.shots[c]), c);
+    of_classes.push_back(powers_of(of_class.chips()));
   }
   std::mt19937_64 random(static_cast<std::uint64_t>(1'000'000 * (draw.number + 1)));
-  const auto up_to = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
   const std::vector<Image<float>> powers = powers_of(means);
   LabelledChips result{torch::empty_like(means.amplitude), means.label};
   for (std::size_t n = 0; n < powers.size(); ++n) {
     const auto index = static_cast<std::int64_t>(n);
-    const auto& of_class = backgrounds[static_cast<std::size_t>(means.label[index].item<std::int64_t>())];
-    Image<float> clutter(kStoredSide, kStoredSide);
-    for (int k = 0; k < o.n_backgrounds; ++k) {
-      const Image<float>& chosen = of_class[up_to(of_class.size())];
-      const bool in_range = up_to(2) == 1, along_track = up_to(2) == 1;
-      const Image<float> added = mirrored(chosen, along_track, in_range);
-      for (std::size_t p = 0; p < added.pixels().size(); ++p)
-        clutter.pixels()[p] += added.pixels()[p] / static_cast<float>(o.n_backgrounds);
-    }
+    const auto c = static_cast<std::size_t>(means.label[index].item<std::int64_t>());
+    const Image<float> clutter = of_views.empty() ? random_background(of_classes[c], o.n_backgrounds, random) : of_views[n];
     add_clutter(powers[n], clutter, random, result.amplitude[index].data_ptr<float>());
   }
   return result;
@@ -349,7 +372,7 @@ LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, con
     return joined(generated_chips(Arm::learned, chips, draw, o, cache, monitor),
                   generated_chips(Arm::turned, chips, draw, o, cache, monitor));
   if (arm == Arm::learned)  // means are cached, clutter is not
-    return with_background_of_shots(cached_means(chips, draw, o, cache, monitor).wanted, chips, draw, o.generation);
+    return with_clutter(cached_means(chips, draw, o, cache, monitor).wanted, chips, draw, o.generation);
   if (arm == Arm::corrected) {
     const Arm same_views = o.generation.depression_deg ? Arm::rescaled : Arm::turned;
     return corrected(views_of_classes(same_views, chips, draw, o, monitor), cached_means(chips, draw, o, cache, monitor));

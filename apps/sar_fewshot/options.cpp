@@ -138,8 +138,8 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
               "Depression of rescaled, interpolated and learned chips; default: that of the shots");
   command.add("--field", o.generation.field, one_of<std::string>({{"grid", "grid"}, {"surface", "surface"}}), "Field that is learned from the shots: grid or surface (five times as long)");
   command.add("--field-steps", o.generation.field_steps, whole("N", 1, 1'000'000), "Steps of its training");
-  command.add("--speckle", o.generation.speckle, one_of<Speckle>({{"shots", Speckle::shots}, {"off", Speckle::none}}),
-              "Clutter of learned views: the backgrounds of shots of the class, mirrored at random, or none");
+  command.add("--speckle", o.generation.speckle, one_of<Speckle>({{"shots", Speckle::shots}, {"nearest", Speckle::nearest_shot}, {"off", Speckle::none}}),
+              "Clutter of learned views: the backgrounds of shots of the class, mirrored at random; that of the nearest shot, turned; or none");
 
   command.begin_group("Output");
   command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder of the study; default FOLDER_fewshot");
@@ -158,9 +158,9 @@ void require_sense(const Options& o) {
     throw UsageError("--arms rescaled: expected a depression to rescale to (--generate-depression), found none");
   if (has(o.arms, Arm::measured) && o.test_rest)
     throw UsageError("--arms measured: its chips would be those that --test-rest tests; leave out one of them");
-  if (o.check_clutter && (o.generation.depression_deg || o.test_rest || o.generation.speckle == Speckle::none))
+  if (o.check_clutter && (o.generation.depression_deg || o.test_rest || o.generation.speckle != Speckle::shots))
     throw UsageError("--check-clutter: compares clutter of learned chips with that of measured ones at the same azimuths and depression; leave out "
-                     "--generate-depression, --test-rest and --speckle off");
+                     "--generate-depression, --test-rest and --speckle");
   if (o.check_ground && (o.validate || o.check_clutter))
     throw UsageError("--check-ground: compares chips of both depressions, and nothing else; leave out --validate and --check-clutter");
   if (o.classifiers == std::vector{Classifier::background} && !has(o.arms, Arm::none))

@@ -44,7 +44,7 @@ Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
           {"generated", {{"step_deg", g.step_deg}, {"reach_deg", g.reach_deg},
                          {"depression_deg", g.depression_deg ? Json(*g.depression_deg) : Json("that of the shots")}, {"interpolation", name(g.interpolation)},
                          {"field", g.field}, {"field_steps", g.field_steps},
-                         {"speckle", g.speckle == Speckle::none ? "none" : "of shots"}}}};
+                         {"speckle", g.speckle == Speckle::none ? "none" : g.speckle == Speckle::shots ? "of shots" : "of the nearest shot"}}}};
 }
 
 namespace {

@@ -44,8 +44,9 @@ std::string_view name(Arm arm);
 
 /// What the clutter of a learned view is.
 enum class Speckle {
-  none,   ///< its mean
-  shots,  ///< the background of a shot
+  none,          ///< its mean
+  shots,         ///< the background of a shot of its class, chosen and mirrored at random: other ground than that of the view
+  nearest_shot,  ///< the background of the nearest shot, turned to the view: the same ground
 };
 
 /// What is generated, and how. The same for all classes and draws.

@@ -133,6 +133,7 @@ TEST_CASE("what a study cannot mean is refused before anything is written", "[fe
   refused(2, "given twice", {{"--shots", "4,4"}});
   refused(2, "--generate-depression", {{"--arms", "none,rescaled"}});
   refused(2, "--test-rest", {{"--arms", "none,measured"}, {"--test-rest", ""}});
+  refused(2, "leave out", {{"--check-clutter", ""}, {"--speckle", "nearest"}});
   refused(2, "add none", {{"--classifiers", "background"}, {"--arms", "turned"}});
   refused(2, "nominal", {{"--test-depression", "16"}});
   refused(2, "tank", {{"--classes", "cuboid,tank"}});
@@ -190,6 +191,14 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
   CHECK(torch::equal(corrected.label, turned.label));
   CHECK_FALSE(torch::allclose(corrected.amplitude, turned.amplitude, 0.1));
   CHECK(corrected.amplitude.square().mean().item<double>() == Approx(turned.amplitude.square().mean().item<double>()).epsilon(0.3));
+
+  // With the clutter of the nearest shots, learned chips show the ground of turned ones; with that of any shot, other ground.
+  const auto ground_in_common = [&](const sarnerf::DrawFile& file) {
+    const auto edge = [&](const char* arm) { return file.generated.at(arm).amplitude.slice(2, 0, 16).flatten(); };
+    return torch::corrcoef(torch::stack({edge("learned"), edge("turned")}))[0][1].item<double>();
+  };
+  CHECK(ground_in_common(draw("nearest", {{"--arms", "turned,learned"}, {"--speckle", "nearest"}})) > 0.9);
+  CHECK(std::abs(ground_in_common(draw("any", {{"--arms", "turned,learned"}}))) < 0.1);
 
   const sarnerf::DrawFile validation = draw("validation", {{"--arms", "measured"}, {"--validate", ""}, {"--reach", "180"}});
   const sarnerf::LabelledChips& measured = validation.generated.at("measured");
