@@ -87,14 +87,18 @@ std::optional<double> taken_for(const Cell& cell, std::size_t k, const std::vect
   return n > 0 ? std::optional(100.0 * n_taken / n) : std::nullopt;
 }
 
-/// Accuracy; where some classes have no chips at the test depression, the recall of those that have some, and their false alarms.
+/// Accuracy, and that on exchanged backgrounds; where some classes have no chips at the test depression, the recall of those that have some,
+/// and their false alarms.
 std::vector<Measure> measures_of(const Options& o, const std::vector<ClassChips>& chips) {
-  if (o.validate || std::ranges::none_of(chips, [](const ClassChips& c) { return c.test.empty(); }))
-    return {{"", [](const Cell& cell) { return std::optional(100.0 * accuracy(cell.confusion)); }}};
+  std::vector<Measure> measures;
+  if (o.validate || std::ranges::none_of(chips, [](const ClassChips& c) { return c.test.empty(); })) {
+    measures.push_back({"", [](const Cell& cell) { return std::optional(100.0 * accuracy(cell.confusion)); }});
+    if (o.exchange) measures.push_back({"On the background of another class", [](const Cell& cell) { return std::optional(100.0 * accuracy(cell.across)); }});
+    return measures;
+  }
   std::vector<std::size_t> rest;  // classes that are tested at the depression of the shots
   for (std::size_t c = 0; c < chips.size(); ++c)
     if (chips[c].test.empty()) rest.push_back(c);
-  std::vector<Measure> measures;
   for (std::size_t k = 0; k < chips.size(); ++k) {
     if (chips[k].test.empty()) continue;
     measures.push_back({chips[k].name + " recognised", [k](const Cell& cell) { return taken_for(cell, k, {k}); }});

@@ -209,10 +209,22 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
 
 TEST_CASE("backgrounds are exchanged between test chips, and compared with generated ones", "[fewshot]") {
   const ThreeClasses chips;
-  const Outcome exchanged = chips.run({{"--exchange-clutter", ""}, {"--arms", "none"}, {"--classifiers", "nearest,background"}, {"--draws", "1"}});
+  const Outcome exchanged = chips.run({{"--exchange-clutter", ""}, {"--arms", "none,turned"}, {"--classifiers", "nearest,background"}, {"--draws", "1"}});
   INFO(exchanged.err);
   REQUIRE(exchanged.code == 0);
-  CHECK(exchanged.out.find("across classes") != std::string::npos);
+  CHECK(exchanged.out.find("across − within classes") != std::string::npos);
+  // Arms are compared on measured and on exchanged backgrounds.
+  const auto accuracy_across = [&](const char* cell) {
+    double right = 0.0;
+    const Json confusion = chips.json(std::string("study/cells/nearest_") + cell + "_04_00.json").at("confusion_across");
+    for (std::size_t c = 0; c < confusion.size(); ++c) right += confusion[c][c].get<double>();
+    return 100.0 * right / n_tested(confusion);
+  };
+  const Json differences = chips.json("study/report.json").at("differences");
+  REQUIRE(differences.size() == 2);
+  CHECK(differences[0].at("measure") == "accuracy");
+  CHECK(differences[1].at("measure") == "On the background of another class");
+  CHECK(differences[1].at("points").get<double>() == Approx(accuracy_across("turned") - accuracy_across("none")).margin(1e-9));
   REQUIRE(chips.run({{"--arms", "none"}, {"--classifiers", "nearest"}, {"--draws", "1"}, {"--output", "plain"}}).code == 0);
   CHECK(chips.json("study/cells/nearest_none_04_00.json").at("confusion") == chips.json("plain/cells/nearest_none_04_00.json").at("confusion"));
   // What sees the background alone answers otherwise. (All classes stand on the same grass here: it recognises nothing.)
