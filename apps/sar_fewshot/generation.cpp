@@ -327,13 +327,17 @@ Image<float> random_background(const std::vector<Image<float>>& backgrounds, int
 /// Means with the clutter that the options name.
 LabelledChips with_clutter(const LabelledChips& means, const std::vector<ClassChips>& chips, const Draw& draw, const GenerationOptions& o) {
   if (o.speckle == Speckle::none) return means;
+  const bool same_ground = o.speckle == Speckle::nearest_shot;
   std::vector<Image<float>> of_views;
   std::vector<std::vector<Image<float>>> of_classes;
-  if (o.speckle == Speckle::nearest_shot) of_views = turned_backgrounds(chips, draw, o);
-  for (std::size_t c = 0; of_views.empty() && c < chips.size(); ++c) {
-    ViewsOfClasses of_class;
-    of_class.add(backgrounds_of_shots(chips[c], draw.shots[c]), c);
-    of_classes.push_back(powers_of(of_class.chips()));
+  if (same_ground) {
+    of_views = turned_backgrounds(chips, draw, o);
+  } else {
+    for (std::size_t c = 0; c < chips.size(); ++c) {
+      ViewsOfClasses of_class;
+      of_class.add(backgrounds_of_shots(chips[c], draw.shots[c]), c);
+      of_classes.push_back(powers_of(of_class.chips()));
+    }
   }
   std::mt19937_64 random(static_cast<std::uint64_t>(1'000'000 * (draw.number + 1)));
   const std::vector<Image<float>> powers = powers_of(means);
@@ -341,7 +345,7 @@ LabelledChips with_clutter(const LabelledChips& means, const std::vector<ClassCh
   for (std::size_t n = 0; n < powers.size(); ++n) {
     const auto index = static_cast<std::int64_t>(n);
     const auto c = static_cast<std::size_t>(means.label[index].item<std::int64_t>());
-    const Image<float> clutter = of_views.empty() ? random_background(of_classes[c], o.n_backgrounds, random) : of_views[n];
+    const Image<float> clutter = same_ground ? of_views[n] : random_background(of_classes[c], o.n_backgrounds, random);
     add_clutter(powers[n], clutter, random, result.amplitude[index].data_ptr<float>());
   }
   return result;
