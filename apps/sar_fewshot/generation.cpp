@@ -29,6 +29,7 @@ std::string_view name(Arm arm) {
     case Arm::interpolated: return "interpolated";
     case Arm::learned: return "learned";
     case Arm::learned_turned: return "learned+turned";
+    case Arm::interpolated_turned: return "interpolated+turned";
     case Arm::corrected: return "corrected";
     case Arm::measured: return "measured";
   }
@@ -367,14 +368,20 @@ LabelledChips corrected(const LabelledChips& turned_shots, const LearnedMeans& m
   return result;
 }
 
+/// The arm whose chips stand beside turned ones in an arm that joins both.
+std::optional<Arm> beside_turned(Arm arm) {
+  if (arm == Arm::learned_turned) return Arm::learned;
+  if (arm == Arm::interpolated_turned) return Arm::interpolated;
+  return std::nullopt;
+}
+
 }  // namespace
 
 LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& o,
                               const std::filesystem::path& cache, const Monitor& monitor) {
   if (arm == Arm::none) return {};
-  if (arm == Arm::learned_turned)
-    return joined(generated_chips(Arm::learned, chips, draw, o, cache, monitor),
-                  generated_chips(Arm::turned, chips, draw, o, cache, monitor));
+  if (const std::optional<Arm> first = beside_turned(arm))
+    return joined(generated_chips(*first, chips, draw, o, cache, monitor), generated_chips(Arm::turned, chips, draw, o, cache, monitor));
   if (arm == Arm::learned)  // means are cached, clutter is not
     return with_clutter(cached_means(chips, draw, o, cache, monitor).wanted, chips, draw, o.generation);
   if (arm == Arm::corrected) {
@@ -409,7 +416,7 @@ std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& ch
                                                const std::filesystem::path& cache, const Monitor& monitor) {
   std::vector<LabelledChips> sets{generated_chips(Arm::measured, chips, draw, o, cache, monitor)};
   for (const Arm arm : o.arms)
-    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && arm != Arm::learned_turned)
+    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && !beside_turned(arm))
       sets.push_back(generated_chips(arm, chips, draw, o, cache, monitor));
   std::vector<Image<std::uint8_t>> pictures;
   for (std::size_t c = 0; c < chips.size(); ++c) {

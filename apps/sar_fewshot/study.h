@@ -37,6 +37,7 @@ enum class Arm {
   interpolated,    ///< the neighbouring shots, turned and averaged
   learned,         ///< views of a field that was learned from the shots, with the clutter of shots
   learned_turned,  ///< both
+  interpolated_turned,  ///< as many chips as learned_turned, without a field: its control
   corrected,       ///< the nearest shot, turned, times the change that the field predicts
   measured,        ///< the measured chips nearest to these azimuths: what generation could reach at most
 };

@@ -180,7 +180,10 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
     return sarnerf::read_draw_file((chips / folder / "04_00.pt").string());
   };
   // Gaps of 90°, more or less: by 5°, within 15° of either shot.
-  CHECK(draw("near", {{"--arms", "turned"}}).generated.at("turned").size() == 3 * 4 * 6);
+  const auto near = draw("near", {{"--arms", "turned,interpolated,interpolated+turned"}}).generated;
+  CHECK(near.at("turned").size() == 3 * 4 * 6);
+  CHECK(torch::equal(near.at("interpolated+turned").amplitude,
+                     torch::cat({near.at("interpolated").amplitude, near.at("turned").amplitude})));
   CHECK(draw("nearer", {{"--arms", "turned"}, {"--reach", "5.1"}}).generated.at("turned").size() == 3 * 4 * 2);
   CHECK(draw("wide", {{"--arms", "turned"}, {"--reach", "180"}}).generated.at("turned").size() == 3 * (72 - 4));
 
