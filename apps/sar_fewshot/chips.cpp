@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <mutex>
 #include <random>
@@ -109,18 +108,6 @@ void require_one_kind(const std::vector<ClassChips>& chips) {
       }
 }
 
-/// Warns if turned chips would have corners without pixels, which learned ones have.
-void warn_of_narrow(const std::vector<ClassChips>& chips, const Options& o, Console& console) {
-  const double turn_rad = rad_from_deg(std::min(o.generation.reach_deg, 45.0));
-  const double room = kStoredSide * (std::cos(turn_rad) + std::sin(turn_rad));
-  int narrowest = std::numeric_limits<int>::max();
-  for (const ClassChips& c : chips)
-    for (const PosedImage& chip : c.training) narrowest = std::min({narrowest, chip.acquisition.n_azimuth, chip.acquisition.n_range});
-  if (narrowest < room - 1.0)
-    console.warning(format("chips of %d pixels have no room for turns of %g degrees, which take %.0f: corners of turned and interpolated chips are black",
-                           narrowest, deg_from_rad(turn_rad), std::ceil(room)));
-}
-
 /// Of names, angles, depressions and pixels.
 std::string fingerprint_of(const ClassChips& chips) {
   std::string text;
@@ -168,7 +155,6 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
   if (result.size() < 2)
     throw InputError(o.chips.string() + ": expected chips of two classes or more, found those of " + result.front().name + " alone");
   require_one_kind(result);
-  warn_of_narrow(result, o, console);
   for (ClassChips& c : result) c.sha256 = fingerprint_of(c);
   std::size_t n_chips = 0;
   for (const ClassChips& c : result) n_chips += c.training.size() + c.test.size();

@@ -73,8 +73,41 @@ std::vector<WantedView> wanted_views(std::span<const PosedImage> shots, const Ge
   return views;
 }
 
+/// A shot that is continued at its edges by its mirror image, as far as turning it to a view brings in what lies outside of it: a chip whose
+/// corners are black would give its arm away.
+PosedImage with_room(const PosedImage& shot, const Acquisition& wanted) {
+  const Acquisition& a = shot.acquisition;
+  const double turn_rad = apart_rad(a.azimuth_rad, wanted.azimuth_rad), c = std::abs(std::cos(turn_rad)), s = std::abs(std::sin(turn_rad));
+  const double along_m = 0.5 * kStoredSide * a.azimuth_spacing_m;  // half of what is kept, on the level plane
+  const double range_m = 0.5 * kStoredSide * a.range_spacing_m / std::sin(wanted.incidence_rad);
+  const double rows = (along_m * c + range_m * s) / a.azimuth_spacing_m;
+  const double bins = (along_m * s + range_m * c) * std::sin(a.incidence_rad) / a.range_spacing_m;
+  const double missing = std::max(rows - 0.5 * a.n_azimuth, bins - 0.5 * a.n_range);
+  if (missing <= 0.0) return shot;
+  const int margin = static_cast<int>(std::ceil(missing)) + 1;
+  PosedImage wide{shot.name, a, Image<float>(a.n_azimuth + 2 * margin, a.n_range + 2 * margin)};
+  wide.acquisition.n_azimuth += 2 * margin;
+  wide.acquisition.n_range += 2 * margin;
+  const auto inside = [](int k, int n) {
+    const int period = 2 * n, phase = ((k % period) + period) % period;
+    return phase < n ? phase : period - 1 - phase;
+  };
+  for (int i = 0; i < wide.acquisition.n_azimuth; ++i)
+    for (int j = 0; j < wide.acquisition.n_range; ++j)
+      wide.power(i, j) = shot.power(inside(i - margin, a.n_azimuth), inside(j - margin, a.n_range));
+  return wide;
+}
+
 PosedImage turned(const PosedImage& shot, const Acquisition& wanted) {
-  return {shot.name, wanted, interpolate_view(std::span(&shot, 1), wanted, Interpolation::rotated_linear)};
+  const PosedImage wide = with_room(shot, wanted);
+  return {shot.name, wanted, interpolate_view(std::span(&wide, 1), wanted, Interpolation::rotated_linear)};
+}
+
+/// Of the shots next to a view.
+PosedImage interpolated(std::span<const PosedImage> shots, const Acquisition& wanted, Interpolation interpolation) {
+  std::vector<PosedImage> wide;
+  for (const PosedImage& shot : shots) wide.push_back(with_room(shot, wanted));
+  return {"", wanted, interpolate_view(wide, wanted, interpolation)};
 }
 
 std::vector<PosedImage> turned_through_circle(std::span<const PosedImage> shots) {
@@ -157,7 +190,7 @@ std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<con
     if (arm == Arm::turned || arm == Arm::rescaled) {
       views.push_back(turned(shots[w.nearest], w.acquisition));
     } else if (arm == Arm::interpolated) {
-      views.push_back({"", w.acquisition, interpolate_view(shots, w.acquisition, o.generation.interpolation)});
+      views.push_back(interpolated(shots, w.acquisition, o.generation.interpolation));
     } else {
       views.push_back(nearest_chip(chips, test, w.acquisition));
     }

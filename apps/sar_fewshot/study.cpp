@@ -16,7 +16,7 @@ namespace sarnerf::app {
 namespace {
 
 /// Raised whenever the same chips and options would give other cells or other generated chips.
-constexpr int kMethod = 6;
+constexpr int kMethod = 7;
 
 std::string fingerprint_of(const std::vector<ClassChips>& chips) {
   std::string text;

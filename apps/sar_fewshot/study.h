@@ -53,7 +53,7 @@ enum class Speckle {
 /// What is generated, and how. The same for all classes and draws.
 struct GenerationOptions {
   double step_deg = 5.0;    ///< between generated views
-  double reach_deg = 15.0;  ///< largest distance of a generated view from a shot; never more than half the gap
+  double reach_deg = 45.0;  ///< largest distance of a generated view from a shot; never more than half the gap
   std::optional<double> depression_deg;  ///< of rescaled, interpolated and learned views; without: that of the shots
   Interpolation interpolation = Interpolation::rotated_linear;
   std::string field = "grid";

@@ -179,13 +179,20 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
     REQUIRE(outcome.code == 0);
     return sarnerf::read_draw_file((chips / folder / "04_00.pt").string());
   };
-  // Gaps of 90°, more or less: by 5°, within 15° of either shot.
-  const auto near = draw("near", {{"--arms", "turned,interpolated,interpolated+turned"}}).generated;
+  // Gaps of 90°, more or less, by 5°; within 15° of either shot.
+  const auto near = draw("near", {{"--arms", "turned,interpolated,interpolated+turned"}, {"--reach", "15"}}).generated;
   CHECK(near.at("turned").size() == 3 * 4 * 6);
   CHECK(torch::equal(near.at("interpolated+turned").amplitude,
                      torch::cat({near.at("interpolated").amplitude, near.at("turned").amplitude})));
   CHECK(draw("nearer", {{"--arms", "turned"}, {"--reach", "5.1"}}).generated.at("turned").size() == 3 * 4 * 2);
-  CHECK(draw("wide", {{"--arms", "turned"}, {"--reach", "180"}}).generated.at("turned").size() == 3 * (72 - 4));
+  const auto whole = draw("whole", {{"--arms", "turned,interpolated"}}).generated;
+  for (const char* arm : {"turned", "interpolated"}) {
+    INFO(arm);
+    CHECK(whole.at(arm).size() == 3 * (72 - 4));
+    // Chips of 112 pixels have no room for turns of 45°: their edges are mirrored, and no corner is black.
+    const torch::Tensor corner = whole.at(arm).amplitude.slice(1, 0, 8).slice(2, 0, 8).amax({1, 2});
+    CHECK(corner.min().item<float>() > 0.0f);
+  }
 
   // Turned shots, corrected by a field.
   const sarnerf::DrawFile both = draw("corrected", {{"--arms", "turned,corrected"}});
@@ -195,12 +202,13 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
   CHECK_FALSE(torch::allclose(corrected.amplitude, turned.amplitude, 0.1));
   CHECK(corrected.amplitude.square().mean().item<double>() == Approx(turned.amplitude.square().mean().item<double>()).epsilon(0.3));
 
-  // With the clutter of the nearest shots, learned chips show the ground of turned ones; with that of any shot, other ground.
+  // With the clutter of the nearest shots, learned chips show the ground of turned ones; with that of any shot, other ground. After wider
+  // turns the edges of both are mirror images, of a chip with its target and of one without.
   const auto ground_in_common = [&](const sarnerf::DrawFile& file) {
     const auto edge = [&](const char* arm) { return file.generated.at(arm).amplitude.slice(2, 0, 16).flatten(); };
     return torch::corrcoef(torch::stack({edge("learned"), edge("turned")}))[0][1].item<double>();
   };
-  CHECK(ground_in_common(draw("nearest", {{"--arms", "turned,learned"}, {"--speckle", "nearest"}})) > 0.9);
+  CHECK(ground_in_common(draw("nearest", {{"--arms", "turned,learned"}, {"--speckle", "nearest"}, {"--reach", "15"}})) > 0.9);
   CHECK(std::abs(ground_in_common(draw("any", {{"--arms", "turned,learned"}}))) < 0.1);
 
   const sarnerf::DrawFile validation = draw("validation", {{"--arms", "measured"}, {"--validate", ""}, {"--reach", "180"}});
