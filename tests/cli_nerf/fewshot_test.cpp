@@ -37,7 +37,7 @@ class ThreeClasses : public ScratchFolder {
   Outcome run(const std::map<std::string, std::string>& changed, const Signal& signal = {}) const {
     std::map<std::string, std::string> options{
         {"--shots", "4"},   {"--draws", "2"},       {"--steps", "10"},  {"--batch", "8"}, {"--arms", "none,turned,learned"},
-        {"--field", "grid"}, {"--field-steps", "10"}, {"--output", "study"}, {"--classifiers", "a-convnet,nearest,background"}};
+        {"--field", "grid"}, {"--field-steps", "10"}, {"--reach", "15"}, {"--output", "study"}, {"--classifiers", "a-convnet,nearest,background"}};
     for (const auto& [name, value] : changed) options[name] = value;
     std::vector<std::string> all{"chips"};
     for (const auto& [name, value] : options) {
@@ -180,12 +180,12 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
     return sarnerf::read_draw_file((chips / folder / "04_00.pt").string());
   };
   // Gaps of 90°, more or less, by 5°; within 15° of either shot.
-  const auto near = draw("near", {{"--arms", "turned,interpolated,interpolated+turned"}, {"--reach", "15"}}).generated;
+  const auto near = draw("near", {{"--arms", "turned,interpolated,interpolated+turned"}}).generated;
   CHECK(near.at("turned").size() == 3 * 4 * 6);
   CHECK(torch::equal(near.at("interpolated+turned").amplitude,
                      torch::cat({near.at("interpolated").amplitude, near.at("turned").amplitude})));
   CHECK(draw("nearer", {{"--arms", "turned"}, {"--reach", "5.1"}}).generated.at("turned").size() == 3 * 4 * 2);
-  const auto whole = draw("whole", {{"--arms", "turned,interpolated"}}).generated;
+  const auto whole = draw("whole", {{"--arms", "turned,interpolated"}, {"--reach", "45"}}).generated;
   for (const char* arm : {"turned", "interpolated"}) {
     INFO(arm);
     CHECK(whole.at(arm).size() == 3 * (72 - 4));
@@ -208,7 +208,7 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
     const auto edge = [&](const char* arm) { return file.generated.at(arm).amplitude.slice(2, 0, 16).flatten(); };
     return torch::corrcoef(torch::stack({edge("learned"), edge("turned")}))[0][1].item<double>();
   };
-  CHECK(ground_in_common(draw("nearest", {{"--arms", "turned,learned"}, {"--speckle", "nearest"}, {"--reach", "15"}})) > 0.9);
+  CHECK(ground_in_common(draw("nearest", {{"--arms", "turned,learned"}, {"--speckle", "nearest"}})) > 0.9);
   CHECK(std::abs(ground_in_common(draw("any", {{"--arms", "turned,learned"}}))) < 0.1);
 
   const sarnerf::DrawFile validation = draw("validation", {{"--arms", "measured"}, {"--validate", ""}, {"--reach", "180"}});
