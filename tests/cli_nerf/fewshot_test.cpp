@@ -185,7 +185,7 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
   CHECK(torch::equal(near.at("interpolated+turned").amplitude,
                      torch::cat({near.at("interpolated").amplitude, near.at("turned").amplitude})));
   CHECK(draw("nearer", {{"--arms", "turned"}, {"--reach", "5.1"}}).generated.at("turned").size() == 3 * 4 * 2);
-  const auto whole = draw("whole", {{"--arms", "turned,interpolated"}, {"--reach", "45"}}).generated;
+  const auto whole = draw("whole", {{"--arms", "turned,interpolated"}, {"--reach", "180"}}).generated;
   for (const char* arm : {"turned", "interpolated"}) {
     INFO(arm);
     CHECK(whole.at(arm).size() == 3 * (72 - 4));
