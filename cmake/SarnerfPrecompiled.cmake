@@ -14,23 +14,28 @@ set(sarnerf_precompiled_openvdb ${sarnerf_precompiled_base} <openvdb/openvdb.h>)
 set(sarnerf_precompiled_torch ${sarnerf_precompiled_base} <torch/types.h> <torch/csrc/autograd/custom_function.h>)
 set(sarnerf_precompiled_test ${sarnerf_precompiled_base} ${PROJECT_SOURCE_DIR}/tests/catch.h)
 set(sarnerf_precompiled_torch_test ${sarnerf_precompiled_torch} ${PROJECT_SOURCE_DIR}/tests/nerf/torch_catch.h)
+set(sarnerf_precompiled_program ${sarnerf_precompiled_base})
+set(sarnerf_precompiled_torch_program ${sarnerf_precompiled_torch})
 set(sarnerf_packages_base glm::glm nlohmann_json::nlohmann_json)
 set(sarnerf_packages_openvdb ${sarnerf_packages_base} sarnerf_openvdb)
 set(sarnerf_packages_torch ${sarnerf_packages_base} sarnerf_torch)
+set(sarnerf_packages_program ${sarnerf_packages_base})
+set(sarnerf_packages_torch_program ${sarnerf_packages_torch})
 set(sarnerf_packages_test ${sarnerf_packages_base} Catch2::Catch2)
 set(sarnerf_packages_torch_test ${sarnerf_packages_torch} Catch2::Catch2)
 
-# Little time is spent in the tests' own code: with -O1 it compiles in two thirds of the time. GCC 12 crashes on precompiled
-# headers of another level, so that all targets of these kinds have it.
-set(sarnerf_test_options $<$<CONFIG:Release>:-O1>)
+# Little time is spent in the own code of programs and tests: with -O1 it compiles in two thirds of the time. GCC 12 crashes on
+# precompiled headers of another level, so that all targets of these kinds have it. sar_bench, which measures, is no such program.
+set(sarnerf_light_kinds "(program|test)$")
+set(sarnerf_light_options $<$<CONFIG:Release>:-O1>)
 
-# sarnerf_precompiled(target kind): kind is one of base, openvdb, torch, test and torch_test.
+# sarnerf_precompiled(target kind): kind is one of base, openvdb, torch, program, torch_program, test and torch_test.
 function(sarnerf_precompiled target kind)
   if(SARNERF_FUZZ)
     return()  # its sanitizers have options for single libraries
   endif()
-  if(kind MATCHES "test$")
-    target_compile_options(${target} PRIVATE ${sarnerf_test_options})
+  if(kind MATCHES "${sarnerf_light_kinds}")
+    target_compile_options(${target} PRIVATE ${sarnerf_light_options})
   endif()
   # GCC takes precompiled headers of -fPIC for units of -fPIC alone, so that programs are compiled as libraries are.
   get_target_property(type ${target} TYPE)
@@ -47,8 +52,10 @@ function(sarnerf_precompiled target kind)
     # With -Wpedantic GCC defines fewer macros, so warnings must be the same, too.
     target_link_libraries(${shared} PRIVATE ${sarnerf_packages_${kind}} sarnerf_warnings)
     target_precompile_headers(${shared} PRIVATE ${sarnerf_precompiled_${kind}})
+    if(kind MATCHES "${sarnerf_light_kinds}")
+      target_compile_options(${shared} PRIVATE ${sarnerf_light_options})
+    endif()
     if(kind MATCHES "test$")
-      target_compile_options(${shared} PRIVATE ${sarnerf_test_options})
       target_include_directories(${shared} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
     endif()
   endif()

@@ -9,7 +9,7 @@ Usage: scripts/paper.sh [--quick] [--only solids|chips] [--seconds N] [--chips F
          [--recorded] [--publish] [OUT]
 Renders, learns, extracts and scores what the paper shows, and writes OUT/paper.md and OUT/paper.html (one file). What is in OUT is
 not made again: an interrupted run goes on where it stopped. About six hours on two cores, three and a half with --recorded.
-  --quick           fewer views and short trainings, in about ten minutes: to see what there is, not to quote
+  --quick           fewer views of a quarter of the pixels and short trainings, in about ten minutes: to see what there is, not to quote
   --only PART       solids: Figs. 7 to 13 and Table 1; chips: Table 2 and Figs. 14 to 16
   --seconds N       no training longer than so; the page says it
   --chips FOLDER    of measured chips, a folder for each target: Phoenix files, or images with manifest.csv in FOLDER or beside it. The
@@ -72,6 +72,7 @@ training_pitches=35:55:2
 even_pitches="36 38 40 42 44 46 48 50 52 54"
 far_pitches="30 60"
 lattice=256 paper_lattice=128
+pixels="--size 128x128 --spacing 0.3"
 if $quick; then
   solids=cuboid
   views="36 12"
@@ -82,7 +83,8 @@ if $quick; then
   mlp_scoring=30
   training_pitches=35:55:10
   even_pitches="40 50"
-  lattice=64 paper_lattice=64
+  lattice=64 paper_lattice=32
+  pixels="--size 64x64 --spacing 0.6"  # a network takes seconds a view of the full size
 fi
 if [ -n "$seconds_limit" ]; then
   if [ "$seconds_limit" -lt $mlp_time ]; then mlp_time=$seconds_limit; fi
@@ -137,12 +139,14 @@ made_at() {
   echo ", on $(sed -n 's/^ *"processor": "\([^"]*\)".*/\1/p' "$out"/*/report.json | sort -u | paste -sd ,), $(nproc) cores.*"
 }
 
-# render SCENE OUT OPTIONS...: images of the paper's size, with four times as many rays as the automatic sampling, so that truth and
+# render SCENE OUT OPTIONS...: images of the paper's size unless quick, with four times as many rays as the automatic sampling, so that truth and
 # learner share no discretisation.
 render() {
   render_scene=$1 render_out=$2
   shift 2
-  cell "render_$(basename "$render_out")" 5 "$programs/sar_render/sar_render" "$render_scene" --size 128x128 --spacing 0.3 --altitude 10000 \
+  # The pixels are two options.
+  # shellcheck disable=SC2086
+  cell "render_$(basename "$render_out")" 5 "$programs/sar_render/sar_render" "$render_scene" $pixels --altitude 10000 \
     --engine surface --elevations 768 --sub-rows 27 -o "$render_out" -q "$@"
 }
 
@@ -188,7 +192,7 @@ strip() {
 }
 
 heading=
-if $quick; then heading=" (quick: fewer views, short trainings)"; fi
+if $quick; then heading=" (quick: fewer views of a quarter of the pixels, short trainings)"; fi
 if [ -n "$seconds_limit" ]; then heading="$heading (no training longer than $seconds_limit s)"; fi
 
 . "$root/scripts/paper/solids.sh"

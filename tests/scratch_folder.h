@@ -18,6 +18,10 @@ class ScratchFolder {
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder: " + name);
     path_ = name;
   }
+  /// With copies of what another folder holds.
+  explicit ScratchFolder(const std::filesystem::path& contents) : ScratchFolder() {
+    std::filesystem::copy(contents, path_, std::filesystem::copy_options::recursive);
+  }
   ~ScratchFolder() {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
@@ -31,6 +35,13 @@ class ScratchFolder {
  private:
   std::filesystem::path path_;
 };
+
+/// A folder that takes time to fill: filled once for all tests of a program, which copy it.
+template <typename Folder>
+const Folder& filled_once() {
+  static const Folder folder;
+  return folder;
+}
 
 inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);

@@ -13,14 +13,18 @@ using Json = nlohmann::json;
 namespace {
 
 /// A cube as a truth, 12 views of it, and a model of them in run/.
-struct LearnedScene : SmallScene {
-  LearnedScene() {
+struct CubeLearnedOnce : SmallScene {
+  CubeLearnedOnce() {
     write_cube(*this / "cube.obj");
     REQUIRE(run(SAR_RENDER, {"cube.obj", "--pitch", "45", "--azimuth", "0:330:30", "--size", "32x32", "--spacing", "0.3", "-o",
                              "views", "-q"})
                 .code == 0);
     REQUIRE(train({"views", "-o", "run", "--steps", "100", "-q"}).code == 0);
   }
+};
+
+struct LearnedCube : SmallScene {
+  LearnedCube() : SmallScene(filled_once<CubeLearnedOnce>().path()) {}
 
   Outcome extract(const std::vector<std::string>& arguments) const { return run(SAR_EXTRACT, arguments); }
 };
@@ -33,7 +37,7 @@ Json json_of(const std::filesystem::path& path) {
 }  // namespace
 
 TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
-  const LearnedScene scene;
+  const LearnedCube scene;
   const std::vector<std::string> arguments{"run",       "out.vdb",       "--resolution", "40",      "--extent", "8",
                                            "--mesh",    "out.ply",       "--preview",    "out.png", "--truth",  "cube.obj",
                                            "--ground-height", "0"};
@@ -88,7 +92,7 @@ TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
 }
 
 TEST_CASE("what cannot be extracted gives one line and the right exit code") {
-  const LearnedScene scene;
+  const LearnedCube scene;
   const auto fails = [&](int code, const std::string& piece, std::vector<std::string> more) {
     more.insert(more.begin(), {"run", "x.vdb"});
     const Outcome outcome = scene.extract(more);

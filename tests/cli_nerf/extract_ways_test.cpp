@@ -55,10 +55,7 @@ struct CubeFolder : ScratchFolder {
   sarnerf::Image<float> image(const std::string& name) const { return sarnerf::read_image(*this / (name + ".tif")); }
 };
 
-/// A scene that is learned a little, as run/.
-struct LearnedPoints : SmallScene {
-  LearnedPoints() { REQUIRE(train({"data", "-o", "run", "--steps", "20", "-q"}).code == 0); }
-
+struct LearnedPoints : LearnedScene {
   Outcome extract(const std::vector<std::string>& arguments) const { return run(SAR_EXTRACT, arguments); }
 };
 

@@ -17,8 +17,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 /// Chips of three solids at two depressions, one-look speckle over grass.
-class RenderedChips : public ScratchFolder {
- public:
+struct RenderedChips : ScratchFolder {
   RenderedChips() {
     for (const std::string name : {"cuboid", "platform_upright", "l_building"})
       for (const std::string depression : {"17", "15"}) {
@@ -34,13 +33,9 @@ class RenderedChips : public ScratchFolder {
   }
 };
 
-/// A copy of those chips, rendered once for all tests.
 class ThreeClasses : public ScratchFolder {
  public:
-  ThreeClasses() {
-    static const RenderedChips rendered;
-    fs::copy(rendered / "chips", *this / "chips", fs::copy_options::recursive);
-  }
+  ThreeClasses() : ScratchFolder(filled_once<RenderedChips>().path()) {}
 
   /// A small study, with some options changed.
   Outcome run(const std::map<std::string, std::string>& changed, const Signal& signal = {}) const {

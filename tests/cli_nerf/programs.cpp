@@ -134,3 +134,16 @@ Outcome SmallScene::run(const std::string& program,
                         const std::vector<std::string>& arguments) const {
   return run_program(program, arguments, path());
 }
+
+namespace {
+
+struct LearnedOnce : SmallScene {
+  LearnedOnce() {
+    const Outcome learned = train({"data", "-o", "run", "--steps", "40", "-q"});
+    if (learned.code != 0) throw std::runtime_error(learned.err);
+  }
+};
+
+}  // namespace
+
+LearnedScene::LearnedScene() : SmallScene(filled_once<LearnedOnce>().path()) {}

@@ -30,6 +30,7 @@ Outcome run_program(std::string program, std::vector<std::string> arguments, con
 class SmallScene : public ScratchFolder {
  public:
   explicit SmallScene(int n_views = 12);
+  explicit SmallScene(const std::filesystem::path& contents) : ScratchFolder(contents) {}
 
   /// Learns the field grid, without a trial, unless the arguments name another, a run or a configuration.
   Outcome train(const std::vector<std::string>& arguments, const Signal& signal = {}) const;
@@ -43,4 +44,9 @@ class SmallScene : public ScratchFolder {
 
   /// Replaces a piece of a text file, which must be there.
   void edit(const std::string& file, const std::string& piece, const std::string& instead) const;
+};
+
+/// A small scene with a model of it in run/, learned in 40 steps from another folder of the same images.
+struct LearnedScene : SmallScene {
+  LearnedScene();
 };

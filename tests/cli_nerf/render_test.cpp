@@ -17,15 +17,6 @@
 
 using Json = nlohmann::json;
 
-namespace {
-
-/// A scene with a model of it in run/.
-struct LearnedScene : SmallScene {
-  LearnedScene() { REQUIRE(train({"data", "-o", "run", "--steps", "40", "-q"}).code == 0); }
-};
-
-}  // namespace
-
 TEST_CASE("models that older revisions learned load and render as they did") {
   // Made with revision e07e418: sar_render data/cuboid.json --pitch 45 --azimuth 0:330:30 --size 40x40 --spacing 0.8, for
   // grid_over_ground with --ground grass --looks 4; sar_nerf_train --steps 120 --threads 1, for grid_over_ground with --option
@@ -219,7 +210,8 @@ TEST_CASE("the views of a dataset are rendered as their angles give them") {
 }
 
 TEST_CASE("a model is compared with the views that it has not seen") {
-  const LearnedScene scene;
+  const SmallScene scene;  // learned here: a model knows where its dataset was
+  REQUIRE(scene.train({"data", "-o", "run", "--steps", "40", "-q"}).code == 0);
   scene.write_dataset("test", 24, 0.0);
   const Outcome compared = scene.render({"run", "--against", "test", "-o", "scores"});
   INFO(compared.err);

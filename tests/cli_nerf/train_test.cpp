@@ -244,7 +244,7 @@ TEST_CASE("a training that diverges ends with exit code 4 and keeps the last goo
 
 TEST_CASE("a trial chooses the field, and a run keeps it") {
   const SmallScene scene;
-  scene.write_dataset("few", 8, 0.0, 20);
+  scene.write_dataset("few", 8, 0.0, 14);
   const Outcome made = scene.train({"few", "-o", "run", "--field", "auto", "--steps", "20", "--explain"});
   INFO(made.err);
   REQUIRE(made.code == 0);
