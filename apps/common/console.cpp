@@ -53,6 +53,22 @@ std::string visible(std::string_view text) {
   return line;
 }
 
+double StageRates::rate(std::string_view stage, std::uint64_t done, Clock::time_point now) {
+  const auto place = stages_.find(stage);
+  if (place == stages_.end() || done < place->second.last_done) {
+    stages_.insert_or_assign(std::string(stage), Beginning{now, done, done});
+    return 0.0;
+  }
+  Beginning& beginning = place->second;
+  beginning.last_done = done;
+  const double elapsed_s = std::chrono::duration<double>(now - beginning.time).count();
+  return elapsed_s > 0.0 ? double(done - beginning.done) / elapsed_s : 0.0;
+}
+
+void StageRates::end(std::string_view stage) {
+  if (const auto place = stages_.find(stage); place != stages_.end()) stages_.erase(place);
+}
+
 Console::Console(std::string program, std::FILE* stream)
     : program_(std::move(program)),
       own_(stream == nullptr ? copy_of_stderr() : nullptr),
@@ -94,14 +110,16 @@ void Console::progress(std::string_view stage, std::uint64_t done, std::uint64_t
   if (verbosity_ < 0) return;
   const std::scoped_lock lock(mutex_);
   const Clock::time_point now = Clock::now();
+  const double rate = rates_.rate(stage, done, now);
   if (stage != stage_) {
     stage_ = stage;
-    stage_start_ = last_drawn_ = now;
+    last_drawn_ = now;
   }
   const bool finished = total > 0 && done >= total;
   if (finished) {
     clear_bar();
     std::fflush(stream_);
+    rates_.end(stage_);
     stage_.clear();
     return;
   }
@@ -109,7 +127,7 @@ void Console::progress(std::string_view stage, std::uint64_t done, std::uint64_t
     return;
   }
   last_drawn_ = now;
-  std::string text = progress_text(done, total, now);
+  std::string text = progress_text(done, total, rate);
   if (!detail.empty()) text.append("  ").append(detail);
   if (terminal_) {
     std::fprintf(stream_, "\r\033[K%s", text.c_str());
@@ -120,10 +138,7 @@ void Console::progress(std::string_view stage, std::uint64_t done, std::uint64_t
   std::fflush(stream_);
 }
 
-std::string Console::progress_text(std::uint64_t done, std::uint64_t total,
-                                   Clock::time_point now) const {
-  const double elapsed_s = std::chrono::duration<double>(now - stage_start_).count();
-  const double rate = elapsed_s > 0.0 ? double(done) / elapsed_s : 0.0;
+std::string Console::progress_text(std::uint64_t done, std::uint64_t total, double rate) const {
   char figures[160];
   if (total == 0) {
     std::snprintf(figures, sizeof figures, " %llu  %.3g/s", static_cast<unsigned long long>(done), rate);

@@ -4,11 +4,32 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <functional>
+#include <map>
 #include <mutex>
 #include <string>
 #include <string_view>
 
 namespace sarnerf::app {
+
+/// How fast the stages of a program advance. Work that was done before a stage was first reported, in an earlier run say, does not
+/// count. A stage that another one interrupts keeps its beginning, so that its rate includes the other's time; one whose count falls
+/// begins anew.
+class StageRates {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Units a second so far; 0 at the beginning.
+  double rate(std::string_view stage, std::uint64_t done, Clock::time_point now);
+  void end(std::string_view stage);
+
+ private:
+  struct Beginning {
+    Clock::time_point time;
+    std::uint64_t done, last_done;
+  };
+  std::map<std::string, Beginning, std::less<>> stages_;
+};
 
 /// Messages of a program to its user, on stderr; results go to stdout. Safe to use from several threads.
 class Console {
@@ -35,11 +56,11 @@ class Console {
                 std::string_view detail = {});
 
  private:
-  using Clock = std::chrono::steady_clock;
+  using Clock = StageRates::Clock;
 
   void print(std::string_view label, std::string_view line);
   void clear_bar();
-  std::string progress_text(std::uint64_t done, std::uint64_t total, Clock::time_point now) const;
+  std::string progress_text(std::uint64_t done, std::uint64_t total, double rate) const;
 
   std::mutex mutex_;
   std::string program_;
@@ -49,7 +70,7 @@ class Console {
   int verbosity_ = 0;
   bool bar_drawn_ = false;
   std::string stage_;
-  Clock::time_point stage_start_;
+  StageRates rates_;
   Clock::time_point last_drawn_;
 };
 

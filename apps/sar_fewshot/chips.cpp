@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <random>
@@ -25,7 +26,13 @@ constexpr double kSameDepression_deg = 0.75;
 constexpr double kSector_deg = 30.0;
 constexpr int kFolds = 4;
 
-double apart_deg(double a_deg, double b_deg) { return std::abs(std::remainder(a_deg - b_deg, 360.0)); }
+/// The azimuth of a chip in [0°, 360°).
+double circle_deg(const PosedImage& chip) {
+  const double a_deg = azimuth_deg(chip);
+  if (a_deg >= 0.0 && a_deg < 360.0) return a_deg;
+  const double rest_deg = std::remainder(a_deg, 360.0);
+  return rest_deg < 0.0 ? rest_deg + 360.0 : rest_deg;
+}
 
 bool is_near(double depression_deg, double wanted_deg) { return std::abs(depression_deg - wanted_deg) < kSameDepression_deg; }
 
@@ -90,6 +97,37 @@ std::vector<ChipOfClass> chips_of_datasets(const Options& o, const Monitor& moni
   return found;
 }
 
+/// Cuts all chips to the size of the smallest, about the middle. Where one has an odd number of pixels less, its middle moves by half of one.
+void cut_to_one_size(std::vector<ClassChips>& chips) {
+  int n_azimuth = std::numeric_limits<int>::max(), n_range = n_azimuth;
+  const auto each_chip = [&](const auto& visit) {
+    for (ClassChips& c : chips)
+      for (auto* list : {&c.training, &c.test})
+        for (PosedImage& chip : *list) visit(chip);
+  };
+  each_chip([&](PosedImage& chip) {
+    n_azimuth = std::min(n_azimuth, chip.acquisition.n_azimuth);
+    n_range = std::min(n_range, chip.acquisition.n_range);
+  });
+  each_chip([&](PosedImage& chip) {
+    Acquisition& a = chip.acquisition;
+    if (a.n_azimuth == n_azimuth && a.n_range == n_range) return;
+    const int first_row = (a.n_azimuth - n_azimuth) / 2, first_bin = (a.n_range - n_range) / 2;
+    Image<float> middle(n_azimuth, n_range);
+    for (int i = 0; i < n_azimuth; ++i) std::ranges::copy(chip.power.row(first_row + i).subspan(static_cast<std::size_t>(first_bin), middle.row(i).size()), middle.row(i).begin());
+    chip.power = std::move(middle);
+    a.n_azimuth = n_azimuth;
+    a.n_range = n_range;
+  });
+}
+
+/// Throws InputError for a class that cannot be the name of a file.
+void require_file_name(const std::string& name, const std::filesystem::path& chips) {
+  if (name == "." || name == ".." || name.find('/') != std::string::npos)
+    throw InputError(format("%s: class %s: expected a name that a file can have, since classes have files of their own", chips.c_str(),
+                            in_quotes(name).c_str()));
+}
+
 /// Throws InputError unless all chips have room for the largest crop, and one spacing.
 void require_one_kind(const std::vector<ClassChips>& chips) {
   constexpr double kSameSpacing = 0.01;
@@ -141,13 +179,15 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
   const int most = *std::ranges::max_element(o.shots);
   for (auto& [name, chips] : by_name) {
     if (o.most_classes > 0 && result.size() == o.most_classes) break;
+    require_file_name(name, o.chips);
     chips.name = name;
-    for (auto* list : {&chips.training, &chips.test}) std::ranges::sort(*list, {}, azimuth_deg);
-    const bool enough = static_cast<int>(chips.training.size()) >= std::max(most, 1);
-    if (!enough || (chips.test.empty() && !o.validate && !o.test_rest))
-      throw InputError(format("%s: class %s: expected %d chips or more at %g deg and some at %g deg, found %zu and %zu; choose others "
-                              "(--classes, or --test-rest)", o.chips.c_str(), name.c_str(), std::max(most, 1), o.training_depression_deg,
-                              o.test_depression_deg, chips.training.size(), chips.test.size()));
+    for (auto* list : {&chips.training, &chips.test}) std::ranges::sort(*list, {}, circle_deg);
+    if (static_cast<int>(chips.training.size()) < std::max(most, 1))
+      throw InputError(format("%s: class %s: expected %d chips or more at %g deg, found %zu; ask for fewer (--shots) or leave the class out "
+                              "(--classes)", o.chips.c_str(), name.c_str(), std::max(most, 1), o.training_depression_deg, chips.training.size()));
+    if (chips.test.empty() && !o.validate && !o.test_rest)
+      throw InputError(format("%s: class %s: expected some chips at %g deg, found none; test it on its other chips (--test-rest) or leave it out "
+                              "(--classes)", o.chips.c_str(), name.c_str(), o.test_depression_deg));
     result.push_back(std::move(chips));
   }
   if (!o.validate && std::ranges::all_of(result, [](const ClassChips& c) { return c.test.empty(); }))
@@ -155,6 +195,7 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
   if (result.size() < 2)
     throw InputError(o.chips.string() + ": expected chips of two classes or more, found those of " + result.front().name + " alone");
   require_one_kind(result);
+  cut_to_one_size(result);
   for (ClassChips& c : result) c.sha256 = fingerprint_of(c);
   std::size_t n_chips = 0;
   for (const ClassChips& c : result) n_chips += c.training.size() + c.test.size();
@@ -166,9 +207,7 @@ namespace {
 
 /// Whether a chip of the training depression is tested in this draw of a validation.
 bool is_in_tested_sector(const PosedImage& chip, int number) {
-  const double a_deg = std::remainder(azimuth_deg(chip), 360.0);
-  const int sector = static_cast<int>(std::floor((a_deg < 0.0 ? a_deg + 360.0 : a_deg) / kSector_deg));
-  return sector % kFolds == number % kFolds;
+  return static_cast<int>(std::floor(circle_deg(chip) / kSector_deg)) % kFolds == number % kFolds;
 }
 
 /// `n_shots` of the usable chips, the nearest one to each of so many equal steps of azimuth.
@@ -178,8 +217,8 @@ std::vector<std::size_t> spread_shots(const ClassChips& c, std::vector<std::size
                             c.name.c_str(), n_shots, usable.size()));
   std::vector<std::size_t> shots;
   for (int k = 0; k < n_shots; ++k) {
-    const double wanted_deg = start_deg + 360.0 * k / n_shots;
-    const auto nearest = std::ranges::min_element(usable, {}, [&](std::size_t n) { return apart_deg(azimuth_deg(c.training[n]), wanted_deg); });
+    const double wanted_rad = rad_from_deg(start_deg + 360.0 * k / n_shots);
+    const auto nearest = std::ranges::min_element(usable, {}, [&](std::size_t n) { return apart_rad(c.training[n].acquisition.azimuth_rad, wanted_rad); });
     shots.push_back(*nearest);
     usable.erase(nearest);
   }
@@ -189,22 +228,26 @@ std::vector<std::size_t> spread_shots(const ClassChips& c, std::vector<std::size
 
 }  // namespace
 
-Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, bool validate) {
+Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, const Options& o) {
   Draw draw{n_shots, number, {}, {}};
   std::mt19937_64 random(static_cast<std::uint64_t>(1000 * n_shots + number));
+  double start_deg = 0.0;
   for (const ClassChips& c : chips) {
     std::vector<std::size_t> usable, test;
     for (std::size_t n = 0; n < c.training.size(); ++n) {
-      if (validate && is_in_tested_sector(c.training[n], number))
+      if (o.validate && is_in_tested_sector(c.training[n], number))
         test.push_back(n);
       else
         usable.push_back(n);
     }
-    const double start_deg = std::uniform_real_distribution(0.0, 360.0)(random);
+    if (!o.same_azimuths || draw.shots.empty()) start_deg = std::uniform_real_distribution(0.0, 360.0)(random);
     std::vector<std::size_t> shots = n_shots == 0 ? usable : spread_shots(c, usable, n_shots, start_deg);
-    if (!validate)
-      for (std::size_t n = 0; n < tested_chips(c, validate).size(); ++n)
+    if (!o.validate)
+      for (std::size_t n = 0; n < tested_chips(c, o.validate).size(); ++n)
         if (!c.test.empty() || !std::ranges::binary_search(shots, n)) test.push_back(n);
+    if (o.validate && (shots.empty() || test.empty()))
+      throw UsageError(format("--validate: class %s, draw %d: expected shots and test chips, found %zu and %zu; its chips lie in too few sectors of "
+                              "%g deg", c.name.c_str(), number, shots.size(), test.size(), kSector_deg));
     draw.shots.push_back(std::move(shots));
     draw.test.push_back(std::move(test));
   }

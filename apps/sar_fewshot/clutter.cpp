@@ -30,23 +30,11 @@ constexpr int kReachOfTarget_pixels = 8;
 
 /// Pixels of target or shadow that hang together with those next to the centre, and up to `dilation_pixels` around them. Others are speckle.
 Image<std::uint8_t> target_and_shadow(const Image<float>& power, int dilation_pixels) {
-  constexpr int kCentre_pixels = 16;
-  const std::optional<Regions> regions = find_regions(power);
-  if (!regions) return {power.n_azimuth(), power.n_range()};
-  const int middle_i = power.n_azimuth() / 2, middle_j = power.n_range() / 2;
   Image<float> found(power.n_azimuth(), power.n_range());
-  std::vector<std::pair<int, int>> open;
-  const auto offer = [&](int i, int j) {
-    if (i < 0 || j < 0 || i >= power.n_azimuth() || j >= power.n_range() || found(i, j) != 0.0f || regions->background(i, j) != 0) return;
-    found(i, j) = 1.0f;
-    open.emplace_back(i, j);
-  };
-  for (int i = middle_i - kCentre_pixels; i <= middle_i + kCentre_pixels; ++i)
-    for (int j = middle_j - kCentre_pixels; j <= middle_j + kCentre_pixels; ++j) offer(i, j);
-  while (!open.empty()) {
-    const auto [i, j] = open.back();
-    open.pop_back();
-    for (const auto& [di, dj] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) offer(i + di, j + dj);
+  if (const std::optional<Regions> regions = find_regions(power)) {
+    Image<std::uint8_t> other = regions->target;
+    for (std::size_t n = 0; n < other.pixels().size(); ++n) other.pixels()[n] |= regions->shadow.pixels()[n];
+    std::ranges::copy(connected_to_middle(other, kReachOfObject_pixels).pixels(), found.pixels().begin());
   }
   return target_mask(found, {.share_of_peak = 0.0, .dilation_pixels = dilation_pixels});
 }
@@ -271,7 +259,8 @@ torch::Tensor corners(const torch::Tensor& amplitude) {
   return torch::cat(all);
 }
 
-torch::Tensor of_classes(const LabelledChips& chips, std::int64_t remainder) {
+/// The corners of the chips of every second class.
+torch::Tensor corners_of_classes(const LabelledChips& chips, std::int64_t remainder) {
   return corners(chips.amplitude.index_select(0, torch::nonzero(chips.label.remainder(2) == remainder).flatten()));
 }
 
@@ -294,9 +283,9 @@ ToldApart told_apart(const LabelledChips& a, const LabelledChips& b, const Class
   // Patches are many and all different: the network need not be kept from learning them by heart.
   options.rate = 4e-3;
   options.label_smoothing = 0.0;
-  const LabelledChips test = two_kinds(of_classes(a, 1), of_classes(b, 1));
+  const LabelledChips test = two_kinds(corners_of_classes(a, 1), corners_of_classes(b, 1));
   use_torch_threads(thread_count());
-  const torch::Tensor scores = classify(Classifier::texture, {two_kinds(of_classes(a, 0), of_classes(b, 0)), {}}, test.amplitude, 2,
+  const torch::Tensor scores = classify(Classifier::texture, {two_kinds(corners_of_classes(a, 0), corners_of_classes(b, 0)), {}}, test.amplitude, 2,
                                         options, [&](int done, int total) {
                                           monitor.check();
                                           monitor.report("telling backgrounds apart", static_cast<std::uint64_t>(done),
@@ -316,7 +305,7 @@ ClutterStatistics statistics_of(const LabelledChips& chips, const char* which) {
 std::string clutter_text(const Options& o, const std::vector<ClassChips>& chips, const Monitor& monitor) {
   const auto cache = o.output / "generated";
   make_folder(cache);
-  const Draw draw = draw_shots(chips, *std::ranges::max_element(o.shots), 0, o.validate);
+  const Draw draw = draw_shots(chips, *std::ranges::max_element(o.shots), 0, o);
   const LabelledChips measured = generated_chips(Arm::measured, chips, draw, o, cache, monitor);
   GenerationOptions more_looks = o.generation;
   more_looks.n_backgrounds = 2;

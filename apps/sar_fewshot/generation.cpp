@@ -103,10 +103,14 @@ PosedImage turned(const PosedImage& shot, const Acquisition& wanted) {
   return {shot.name, wanted, interpolate_view(std::span(&wide, 1), wanted, Interpolation::rotated_linear)};
 }
 
-/// Of the shots next to a view.
+/// Of the shots next to a view. Their depressions are nominal: shots of measured depressions, which differ by fractions of a degree, would
+/// else count as neighbours of different pitches.
 PosedImage interpolated(std::span<const PosedImage> shots, const Acquisition& wanted, Interpolation interpolation) {
   std::vector<PosedImage> wide;
-  for (const PosedImage& shot : shots) wide.push_back(with_room(shot, wanted));
+  for (const PosedImage& shot : shots) {
+    wide.push_back(with_room(shot, wanted));
+    wide.back().acquisition.incidence_rad = shots.front().acquisition.incidence_rad;
+  }
   return {"", wanted, interpolate_view(wide, wanted, interpolation)};
 }
 
@@ -146,6 +150,7 @@ LearnedViews learned_views(std::span<const PosedImage> shots, const std::vector<
   use_torch_threads(1);
   GroundRule rule;
   rule.least_views = 2;
+  rule.object_reach_pixels = kReachOfObject_pixels;
   TrainingSet set = training_set({shots.begin(), shots.end()}, box_of(shots.front().acquisition),
                                  {.ground_m = context.ground_height_m, .above_ground_m = {}}, {}, rule);
   TrainerOptions trainer_options = default_options(set, o.field);
@@ -264,19 +269,21 @@ LearnedMeans learned_means(const std::vector<ClassChips>& chips, const Draw& dra
   return {wanted.chips(), of_shots.chips()};
 }
 
-/// The same from a file in `cache`, which is written if it is not there: fields take long.
+/// The same from a file in `cache`, which is written if there is none of this study: fields take long.
 LearnedMeans cached_means(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const std::filesystem::path& cache,
                           const Monitor& monitor) {
   const auto file = cache / format("%02d_%02d.pt", draw.n_shots, draw.number);
+  const std::string mark = Json{{"study", study_of(o, chips)}}.dump();
   if (std::filesystem::exists(file)) {
     const Archive archive = read_archive(file);
     const auto chips_of = [&](const char* amplitude) {
       return LabelledChips{archive.tensor(amplitude, torch::kFloat32, 3, file.string()), archive.tensor("label", torch::kInt64, 1, file.string())};
     };
-    return {chips_of("amplitude"), chips_of("of_shots")};
+    if (archive.json == mark) return {chips_of("amplitude"), chips_of("of_shots")};
   }
   LearnedMeans means = learned_means(chips, draw, o, monitor);
   Archive archive;
+  archive.json = mark;
   archive.tensors = {{"amplitude", means.wanted.amplitude}, {"of_shots", means.of_shots.amplitude}, {"label", means.wanted.label}};
   write_archive(file, archive);
   return means;

@@ -48,7 +48,7 @@ void write_pictures(const Options& o, const std::vector<ClassChips>& chips, cons
   for (const Arm arm : o.arms) rows["arms"].push_back(name(arm));
   const std::string rows_text = rows.dump(1) + "\n";
   if (std::filesystem::exists(rows_file) && read_whole_file(rows_file) == rows_text) return;
-  const Draw draw = draw_shots(chips, most, 0, o.validate);
+  const Draw draw = draw_shots(chips, most, 0, o);
   const std::vector<Image<std::uint8_t>> pictures = arms_pictures(chips, draw, o, o.output / "generated", monitor);
   AtomicFiles files;
   if (o.exchange) {
@@ -84,7 +84,7 @@ std::string write_report(const Options& o, const std::vector<ClassChips>& chips,
             ")\n*Test chips of several classes; below them with the background of a chip of the same class, and of another one.*\n";
   text += "\n## Answers by class\n" + confusion_text(o, chips, cells);
   write_file_atomically(o.output / "report.md", text);
-  write_file_atomically(o.output / "report.json", study_json(o, chips, cells).dump(1) + "\n");
+  write_file_atomically(o.output / "report.json", valid_text(study_json(o, chips, cells)).dump(1) + "\n");
   write_file_atomically(o.output / "report.html",
                         page_html(page_of_markdown(text, [&](const std::string& file) { return read_picture(o.output / file); })));
   return tables;
@@ -99,7 +99,7 @@ void run(const Options& options, Console& console) {
     print_result(plan_text(options, chips));
     return;
   }
-  const Json request = valid_text(request_of(options, chips));
+  const Json request = request_of(options, chips);
   take_folder(options.output, request, options, "-o");
   if (!options.chips_folder.empty()) take_folder(options.chips_folder, request, options, "--export");
   if (!options.draws_folder.empty()) take_folder(options.draws_folder, request, options, "--export-draws");

@@ -53,7 +53,7 @@ Kind<std::vector<int>> shot_counts() {
   const auto read = [](const std::string& option, const std::string& text) {
     std::vector<int> counts;
     for (const std::string& part : parts_of(text)) {
-      const int n = part == "all" ? 0 : static_cast<int>(parse_whole(option, part, 1, 100'000));
+      const int n = part == "all" ? 0 : static_cast<int>(parse_whole(option + " (or all)", part, 1, 100'000));
       if (std::ranges::find(counts, n) != counts.end()) throw UsageError(option + ": " + in_quotes(part) + " is given twice");
       counts.push_back(n);
     }
@@ -89,6 +89,7 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.begin_group("Study");
   command.add("--shots", o.shots, shot_counts(), "Shots of each class; all: every chip");
   command.add("--draws", o.n_draws, whole("N", 1, 1000), "Draws of shots: each has starts and a seed of its own");
+  command.add_flag("--same-azimuths", o.same_azimuths, "Shots of all classes at the same azimuths, as near as their chips allow; default: a random start for each class");
   command.add("--arms", o.arms,
               some_of<Arm>({Arm::none, Arm::turned, Arm::turned_circle, Arm::rescaled, Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::corrected, Arm::measured}),
               "What is added to the shots: none, turned, turned-360, rescaled, interpolated, learned, learned+turned, interpolated+turned, corrected, measured");
@@ -109,6 +110,9 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
                    "Compare the background of test and of training chips, and stop: do they show the same ground?");
 
   command.then([&] {
+    for (const char* option : {"--amplitude-scale", "--spacing"})
+      if (o.table.empty() && command.given(option))
+        throw UsageError(std::string(option) + ": is for images of a table (--csv); datasets have their own");
     if (!quick) return;
     if (!command.given("--classes")) o.most_classes = 4;
     if (!command.given("--shots")) o.shots = {12};
@@ -163,8 +167,12 @@ void require_sense(const Options& o) {
                      "--generate-depression, --test-rest and --speckle");
   if (o.check_ground && (o.validate || o.check_clutter))
     throw UsageError("--check-ground: compares chips of both depressions, and nothing else; leave out --validate and --check-clutter");
-  if (o.classifiers == std::vector{Classifier::background} && !has(o.arms, Arm::none))
+  if (has(o.classifiers, Classifier::background) && !has(o.arms, Arm::none))
     throw UsageError("--classifiers background: learns from the shots alone; add none to --arms");
+  if (o.generation.depression_deg && has(o.arms, Arm::interpolated) && o.generation.interpolation == Interpolation::linear)
+    throw UsageError("--interpolation linear: does not rescale to --generate-depression; choose another one");
+  if ((o.check_clutter || o.check_ground) && !(o.chips_folder.empty() && o.draws_folder.empty()))
+    throw UsageError("--export, --export-draws: write chips and do nothing else; leave out --check-clutter and --check-ground");
 }
 
 }  // namespace

@@ -218,7 +218,7 @@ std::string exchange_table(const Options& o, const std::vector<Cell>& cells, Cla
         const auto change = change_by_exchange(cells, classifier, arm, n, from, to);
         any = any || change.has_value();
         row.push_back(!change           ? "–"
-                      : change->n < 2 ? format("%+.1f", change->mean)
+                      : change->n < 2 || n == 0 ? format("%+.1f", change->mean)
                                       : format("%+.1f (%+.1f to %+.1f)", change->mean, change->low, change->high));
       }
     }
@@ -287,6 +287,7 @@ std::optional<Plot> accuracy_plot(const Options& o, const std::vector<Cell>& cel
       const Spread s = spread_of(values);
       series.points.push_back({static_cast<double>(n_shots), s.mean, s.least, s.most});
     }
+    std::ranges::sort(series.points, {}, &PlotPoint::x);
     if (!series.points.empty()) plot.series.push_back(series);
   }
   return plot.series.empty() ? std::nullopt : std::optional(plot);

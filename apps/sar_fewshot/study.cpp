@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "sarnerf/core/error.h"
@@ -16,7 +17,7 @@ namespace sarnerf::app {
 namespace {
 
 /// Raised whenever the same chips and options would give other cells or other generated chips.
-constexpr int kMethod = 7;
+constexpr int kMethod = 8;
 
 std::string fingerprint_of(const std::vector<ClassChips>& chips) {
   std::string text;
@@ -29,7 +30,7 @@ std::string fingerprint_of(const std::vector<ClassChips>& chips) {
 Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
   const GenerationOptions& g = o.generation;
   const ClassifierOptions& c = o.training;
-  return {{"method", kMethod},
+  Json request = {{"method", kMethod},
           {"chips", {{"sha256", fingerprint_of(chips)},
                      {"classes", !o.classes.empty() ? Json(o.classes) : o.most_classes > 0 ? Json(o.most_classes) : Json("all")},
                      {"table", o.table.filename().string()},
@@ -45,15 +46,17 @@ Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
                          {"depression_deg", g.depression_deg ? Json(*g.depression_deg) : Json("that of the shots")}, {"interpolation", name(g.interpolation)},
                          {"field", g.field}, {"field_steps", g.field_steps},
                          {"speckle", g.speckle == Speckle::none ? "none" : g.speckle == Speckle::shots ? "of shots" : "of the nearest shot"}}}};
+  // Named only where it is asked for, so that studies from before there was a choice continue.
+  if (o.same_azimuths) request["chips"]["same_azimuths"] = true;
+  return valid_text(request);
 }
 
-namespace {
-
-/// What cells and draws of this study are marked with.
 std::string study_of(const Options& o, const std::vector<ClassChips>& chips) {
   const std::string text = request_of(o, chips).dump();
   return sha256_hex(std::as_bytes(std::span(text))).substr(0, 16);
 }
+
+namespace {
 
 /// The classifiers and arms that need a cell of their own: the background of an arm is that of its shots.
 bool is_asked(Classifier classifier, Arm arm) { return classifier != Classifier::background || arm == Arm::none; }
@@ -86,7 +89,7 @@ TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw
 
 void require_draws(const Options& o, const std::vector<ClassChips>& chips) {
   for (const int n_shots : o.shots)
-    for (int number = 0; number < o.n_draws; ++number) draw_shots(chips, n_shots, number, o.validate);
+    for (int number = 0; number < o.n_draws; ++number) draw_shots(chips, n_shots, number, o);
 }
 
 namespace {
@@ -105,7 +108,7 @@ void write_tiffs(const std::filesystem::path& folder, const char* prefix, const 
     make_folder(folder / chips[c].name);
     Image<float> image(kStoredSide, kStoredSide);
     std::copy_n(set.amplitude[n].contiguous().data_ptr<float>(), image.pixels().size(), image.pixels().begin());
-    AtomicFiles files;
+    AtomicFiles files(Durability::process);
     files.add(folder / chips[c].name / format("%s_%03d.tif", prefix, n_of_class[c]++), encode_tiff(image));
     files.commit();
   }
@@ -121,7 +124,7 @@ std::size_t export_chips(const Options& o, const std::vector<ClassChips>& chips,
   const std::size_t n_sets = o.shots.size() * static_cast<std::size_t>(o.n_draws) * o.arms.size();
   for (const int n_shots : o.shots)
     for (int number = 0; number < o.n_draws; ++number) {
-      const Draw draw = draw_shots(chips, n_shots, number, o.validate);
+      const Draw draw = draw_shots(chips, n_shots, number, o);
       DrawFile file{study_of(o, chips), {}, n_shots, number, options_of_draw(o, number), shots_of_classes(chips, draw), {}, {}};
       for (const Arm arm : o.arms) {
         monitor.check();
@@ -144,11 +147,29 @@ std::size_t export_chips(const Options& o, const std::vector<ClassChips>& chips,
 
 namespace {
 
+/// Calls visit(cell) for each cell of a study.
+template <class Visit>
+void each_cell(const Options& o, const Visit& visit) {
+  for (const int n_shots : o.shots)
+    for (int number = 0; number < o.n_draws; ++number)
+      for (const Arm arm : o.arms)
+        for (const Classifier classifier : o.classifiers)
+          if (is_asked(classifier, arm)) visit(Cell{classifier, std::string(name(arm)), n_shots, number, {}, {}, {}, {}, 0.0});
+}
+
 std::size_t number_of_cells(const Options& o) {
   std::size_t n = 0;
-  for (const Classifier classifier : o.classifiers)
-    for (const Arm arm : o.arms) n += is_asked(classifier, arm);
-  return n * o.shots.size() * static_cast<std::size_t>(o.n_draws);
+  each_cell(o, [&](const Cell&) { ++n; });
+  return n;
+}
+
+/// Where a cell is kept.
+std::filesystem::path file_of(const Options& o, const Cell& cell) { return o.output / "cells" / cell_file_name(cell); }
+
+/// What a cell takes, in steps of a network. Classifiers without one take next to nothing.
+std::uint64_t steps_of(Classifier classifier, const Options& o) {
+  const bool network = classifier == Classifier::a_convnet || classifier == Classifier::resnet50;
+  return network ? static_cast<std::uint64_t>(o.training.n_steps) : 1;
 }
 
 }  // namespace
@@ -175,10 +196,11 @@ namespace {
 
 /// Fills a cell from its file. Throws InputError for a file that is not this study's.
 void read_cell(Cell& cell, const std::filesystem::path& file, bool exchanged, std::size_t n_classes) {
-  const std::string study = cell.study;
+  bool same = false;
   try {
     const Json json = Json::parse(read_whole_file(file));
-    cell.study = json.value("study", "");
+    same = json.at("classifier") == std::string(name(cell.classifier)) && json.at("arm") == cell.arm && json.at("shots") == cell.n_shots &&
+           json.at("draw") == cell.draw && json.value("study", "") == cell.study;
     cell.confusion = json.at("confusion").get<Confusion>();
     cell.within = json.value("confusion_within", Confusion());
     cell.across = json.value("confusion_across", Confusion());
@@ -189,23 +211,27 @@ void read_cell(Cell& cell, const std::filesystem::path& file, bool exchanged, st
   const auto fits = [&](const Confusion& confusion) {
     return confusion.size() == n_classes && std::ranges::all_of(confusion, [&](const auto& row) { return row.size() == n_classes; });
   };
-  if (cell.study != study || !fits(cell.confusion) || (exchanged && (!fits(cell.within) || !fits(cell.across))))
+  if (!same || !fits(cell.confusion) || (exchanged && (!fits(cell.within) || !fits(cell.across))))
     throw InputError(file.string() + ": expected a cell of this study's chips and options, found one of others; remove the file");
 }
 
 }  // namespace
 
 std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor) {
-  const auto cells_folder = o.output / "cells", cache = o.output / "generated";
-  make_folder(cells_folder);
+  const auto cache = o.output / "generated";
+  make_folder(o.output / "cells");
   make_folder(cache);
   const std::string study = study_of(o, chips);
-  const std::size_t n_cells = number_of_cells(o);
+  std::uint64_t n_steps = 0, n_done = 0;  // of the cells that are not there
+  std::set<std::filesystem::path> missing;
+  each_cell(o, [&](const Cell& cell) {
+    if (!std::filesystem::exists(file_of(o, cell)) && missing.insert(file_of(o, cell)).second) n_steps += steps_of(cell.classifier, o);
+  });
   const int n_classes = static_cast<int>(chips.size());
   std::vector<Cell> cells;
   for (const int n_shots : o.shots)
     for (int number = 0; number < o.n_draws; ++number) {
-      const Draw draw = draw_shots(chips, n_shots, number, o.validate);
+      const Draw draw = draw_shots(chips, n_shots, number, o);
       std::optional<TestChips> test;
       for (const Arm arm : o.arms) {
         std::optional<TrainingChips> training;
@@ -213,20 +239,25 @@ std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chi
           if (!is_asked(classifier, arm)) continue;
           monitor.check();
           Cell& cell = cells.emplace_back(Cell{classifier, std::string(name(arm)), n_shots, number, study, {}, {}, {}, 0.0});
-          const auto file = cells_folder / cell_file_name(cell);
+          const auto file = file_of(o, cell);
           if (std::filesystem::exists(file)) {
             read_cell(cell, file, o.exchange, chips.size());
+            if (missing.contains(file)) n_steps -= steps_of(classifier, o);  // made by another program meanwhile
           } else {
             if (!test) test = test_of_classes(chips, draw, o);
             if (!training)
               training.emplace(TrainingChips{shots_of_classes(chips, draw), generated_chips(arm, chips, draw, o, cache, monitor)});
             use_torch_threads(thread_count());
-            make_cell(cell, *training, *test, n_classes, options_of_draw(o, number), [&](int, int) { monitor.check(); });
+            make_cell(cell, *training, *test, n_classes, options_of_draw(o, number), [&](int step, int) {
+              monitor.check();
+              monitor.report("training steps", n_done + static_cast<std::uint64_t>(step), n_steps);
+            });
+            n_done += steps_of(classifier, o);
             write_file_atomically(file, cell_json(cell));
             console.note(format("%s, %s, %d shots, draw %d: %.1f %% (%.0f s)", std::string(name(classifier)).c_str(), cell.arm.c_str(),
                                 n_shots, number, 100.0 * accuracy(cell.confusion), cell.seconds));
+            monitor.report("training steps", n_done, n_steps);
           }
-          monitor.report("cells", cells.size(), n_cells);
         }
       }
     }

@@ -73,6 +73,7 @@ struct Options {
 
   std::vector<int> shots{4, 8, 12};  ///< 0: all chips
   int n_draws = 10;
+  bool same_azimuths = false;  ///< shots of all classes start at the same azimuth
   std::vector<Arm> arms{Arm::none, Arm::turned, Arm::interpolated, Arm::learned, Arm::learned_turned};
   std::vector<Classifier> classifiers{Classifier::a_convnet, Classifier::nearest_neighbour, Classifier::background};
   bool validate = false;  ///< the test chips are sectors of 30° of the training depression
@@ -112,7 +113,7 @@ inline double apart_rad(double a_rad, double b_rad) { return std::abs(std::remai
 
 inline double azimuth_deg(const PosedImage& chip) { return deg_from_rad(chip.acquisition.azimuth_rad); }
 
-/// Reads the chips of both depressions, all of one size. Throws InputError if a class has none, or fewer than the most shots.
+/// Reads the chips of both depressions and cuts them to the size of the smallest. Throws InputError if a class has none, or fewer than the most shots.
 std::vector<ClassChips> read_chips(const Options& options, Console& console, const Monitor& monitor);
 
 /// The shots of one draw: for each class, indices of its training chips, and of its test chips.
@@ -122,10 +123,10 @@ struct Draw {
   std::vector<std::vector<std::size_t>> test;   ///< [class]: of tested_chips()
 };
 
-/// Shots at equal steps of azimuth from a random start for each class; the nearest chip to each step. In a validation, chips of
+/// Shots at equal steps of azimuth from a random start for each class, or from one for all; the nearest chip to each step. In a validation, chips of
 /// every fourth sector of 30°, beginning with the draw's number, are the test, and all shots lie in the other sectors. Otherwise all
 /// chips at the test depression are, or, of a class without any, all training chips that are no shots.
-Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, bool validate);
+Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, const Options& options);
 
 /// Chips of an arm beside the draw's shots; none for Arm::none. Views divide each gap between neighbouring shots evenly, in steps of about
 /// `step_deg`, and lie at most `reach_deg` from the nearer shot.
@@ -146,6 +147,9 @@ std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& ch
 
 /// Side of the chips that classifiers get (pixels): the largest crop, and room for shifts.
 inline constexpr int kStoredSide = 88 + 2 * 8;
+
+/// Target and shadow of a chip are regions that reach this near to its centre (pixels): half a vehicle. What lies apart from them is clutter.
+inline constexpr int kReachOfObject_pixels = 16;
 
 /// Chips as a tensor, the central kStoredSide × kStoredSide pixels.
 LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const std::int64_t> labels);
@@ -181,6 +185,9 @@ std::string plan_text(const Options& options, const std::vector<ClassChips>& chi
 /// What the cells and the generated chips of a folder depend on: the chips, the options, and how this program generates and trains; not
 /// which cells are asked for.
 Json request_of(const Options& options, const std::vector<ClassChips>& chips);
+
+/// What cells, draws and learned views of this study are marked with.
+std::string study_of(const Options& options, const std::vector<ClassChips>& chips);
 
 /// Throws UsageError if a draw that is asked for has not enough chips.
 void require_draws(const Options& options, const std::vector<ClassChips>& chips);

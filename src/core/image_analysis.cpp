@@ -179,6 +179,25 @@ std::optional<Regions> find_regions(const Image<float>& power, const RegionRule&
   return regions;
 }
 
+Image<std::uint8_t> connected_to_middle(const Image<std::uint8_t>& mask, int reach_pixels) {
+  Image<std::uint8_t> connected(mask.n_azimuth(), mask.n_range());
+  std::vector<std::pair<int, int>> open;
+  const auto offer = [&](int i, int j) {
+    if (i < 0 || j < 0 || i >= mask.n_azimuth() || j >= mask.n_range() || mask(i, j) == 0 || connected(i, j) != 0) return;
+    connected(i, j) = 1;
+    open.emplace_back(i, j);
+  };
+  const int middle_i = mask.n_azimuth() / 2, middle_j = mask.n_range() / 2;
+  for (int i = middle_i - reach_pixels; i <= middle_i + reach_pixels; ++i)
+    for (int j = middle_j - reach_pixels; j <= middle_j + reach_pixels; ++j) offer(i, j);
+  while (!open.empty()) {
+    const auto [i, j] = open.back();
+    open.pop_back();
+    for (const auto& [di, dj] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) offer(i + di, j + dj);
+  }
+  return connected;
+}
+
 std::optional<double> intersection_over_union(const Image<std::uint8_t>& a,
                                               const Image<std::uint8_t>& b) {
   require_same_size(a, b);

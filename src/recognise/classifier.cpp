@@ -154,7 +154,9 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
   std::vector<torch::Tensor> scores;
   for (const torch::Tensor& part : test_amplitude.split(256))
     scores.push_back(torch::log_softmax(net->forward(normalised_crops(part, side).unsqueeze(1).to(o.device)), 1).cpu());
-  return torch::cat(scores);
+  const torch::Tensor all = torch::cat(scores);
+  if (!torch::isfinite(all).all().item<bool>()) throw std::runtime_error("the network diverged: its scores are not finite; choose a lower rate");
+  return all;
 }
 
 }  // namespace
@@ -194,7 +196,7 @@ torch::Tensor nearest_scores(const LabelledChips& training, const torch::Tensor&
   return scores;
 }
 
-/// Means, standard deviations, and correlations of neighbours, of the four corners of 24 × 24 pixels of the square.
+/// Means, standard deviations, correlations of neighbours, and maxima of the four corners of 24 × 24 pixels of the square.
 torch::Tensor corner_features(const torch::Tensor& amplitude) {
   constexpr int kCorner = 24;
   const torch::Tensor chips = normalised_crops(amplitude, crop_pixels(Classifier::background));

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a user is told, once and in few words.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "catch.h"
+#include "console.h"
 #include "program.h"
 #include "sarnerf/dataset/image_file.h"
 
@@ -21,6 +23,21 @@ std::vector<std::string> view(const std::vector<std::string>& more) {
 }
 
 }  // namespace
+
+TEST_CASE("rates of progress are those of the work done here, other stages included") {
+  sarnerf::app::StageRates rates;
+  const auto after_s = [start = sarnerf::app::StageRates::Clock::now()](int seconds) { return start + std::chrono::seconds(seconds); };
+  CHECK(rates.rate("steps", 5000, after_s(0)) == 0.0);  // of an earlier run
+  CHECK(rates.rate("steps", 5040, after_s(10)) == 4.0);
+  CHECK(rates.rate("fields", 1, after_s(10)) == 0.0);
+  CHECK(rates.rate("fields", 2, after_s(20)) == 0.1);
+  rates.end("fields");
+  CHECK(rates.rate("steps", 5080, after_s(40)) == 2.0);
+  CHECK(rates.rate("fields", 1, after_s(50)) == 0.0);
+  // Rows of the next view.
+  CHECK(rates.rate("steps", 10, after_s(60)) == 0.0);
+  CHECK(rates.rate("steps", 30, after_s(70)) == 2.0);
+}
 
 TEST_CASE("a single view does not go into the folder of a sweep unasked") {
   const SceneFolder folder;

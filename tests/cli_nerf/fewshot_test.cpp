@@ -139,7 +139,11 @@ TEST_CASE("what a study cannot mean is refused before anything is written", "[fe
   refused(2, "--generate-depression", {{"--arms", "none,rescaled"}});
   refused(2, "--test-rest", {{"--arms", "none,measured"}, {"--test-rest", ""}});
   refused(2, "leave out", {{"--check-clutter", ""}, {"--speckle", "nearest"}});
-  refused(2, "add none", {{"--classifiers", "background"}, {"--arms", "turned"}});
+  refused(2, "add none", {{"--classifiers", "nearest,background"}, {"--arms", "turned"}});
+  refused(2, "does not rescale", {{"--arms", "none,interpolated"}, {"--interpolation", "linear"}, {"--generate-depression", "30"}});
+  refused(2, "--csv", {{"--amplitude-scale", "2"}});
+  refused(2, "leave out --check-clutter", {{"--check-clutter", ""}, {"--export", "exported"}});
+  refused(2, "or all", {{"--shots", "4,al"}});
   refused(2, "nominal", {{"--test-depression", "16"}});
   refused(2, "tank", {{"--classes", "cuboid,tank"}});
   refused(3, "expected 40 chips or more at 17 deg", {{"--shots", "40"}});
@@ -173,6 +177,27 @@ TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells 
   CHECK(recognise({"draws/04_00.pt", "--arm", "lerned"}).code == 1);
   CHECK(recognise({"study/report.json"}).is_error("is not a file of a draw of shots"));
   CHECK(recognise({"draws/04_00.pt", "--classifier", "resnet"}).code == 2);
+}
+
+TEST_CASE("shots of all classes lie at the same azimuths if that is asked for", "[fewshot]") {
+  const ThreeClasses chips;
+  for (const char* name : {"l_building", "platform_upright"}) {  // three names of one solid: the same azimuth is the same chip
+    fs::remove_all(chips / "chips" / name);
+    fs::copy(chips / "chips/cuboid", chips / "chips" / name, fs::copy_options::recursive);
+  }
+  const auto classes_agree = [&](const std::string& folder, std::map<std::string, std::string> changed) {
+    changed.insert({{"--draws", "1"}, {"--arms", "none"}, {"--export-draws", folder}, {"--output", folder + "_study"}});
+    const Outcome outcome = chips.run(changed);
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    const sarnerf::LabelledChips shots = sarnerf::read_draw_file((chips / folder / "04_00.pt").string()).shots;
+    REQUIRE(shots.size() == 3 * 4);
+    const auto of_class = [&](int c) { return shots.amplitude.index_select(0, torch::nonzero(shots.label == c).flatten()); };
+    return torch::equal(of_class(0), of_class(1)) && torch::equal(of_class(0), of_class(2));
+  };
+  CHECK(classes_agree("same", {{"--same-azimuths", ""}}));
+  CHECK_FALSE(classes_agree("own", {}));
+  CHECK(chips.run({{"--same-azimuths", ""}, {"--output", "own_study"}}).is_error("other chips or options"));
 }
 
 TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test chips", "[fewshot]") {
@@ -283,6 +308,32 @@ TEST_CASE("ground that test chips have in common with training chips is found", 
   CHECK(chips.run({{"--check-ground", ""}, {"--validate", ""}}).is_error("--validate"));
 }
 
+TEST_CASE("chips of several sizes are cut to the smallest", "[fewshot]") {
+  const ThreeClasses chips;
+  const auto study = [&](const std::string& output) {
+    const Outcome outcome = chips.run({{"--exchange-clutter", ""}, {"--arms", "none"}, {"--classifiers", "nearest"}, {"--draws", "1"}, {"--output", output}});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return chips.json(output + "/cells/nearest_none_04_00.json");
+  };
+  const Json equal = study("equal");
+  // One class again, in larger chips of the same views.
+  fs::remove_all(chips / "chips/cuboid");
+  for (const std::string depression : {"17", "15"}) {
+    const Outcome larger = run_program(SAR_RENDER, {DATA_FOLDER "/cuboid.obj", "--scale", "0.4", "--depression", depression, "--azimuth",
+                                                    depression == "17" ? "0:345:15" : "7:345:30", "--size", "120x124", "--spacing", "0.2", "--slant-range",
+                                                    "4500", "--ground", "grass", "--looks", "1", "--resolution", "0.3", "--window", "taylor:-35", "--seed",
+                                                    depression, "-q", "-o", "chips/cuboid/" + depression}, chips.path());
+    INFO(larger.err);
+    REQUIRE(larger.code == 0);
+  }
+  const Json mixed = study("mixed");
+  CHECK(n_tested(mixed.at("confusion_across")) == 36);
+  CHECK(mixed.at("confusion_across") != mixed.at("confusion"));  // also large chips get the background of others
+  CHECK(mixed.at("accuracy").get<double>() > 0.6);
+  CHECK(equal.at("accuracy").get<double>() > 0.6);
+}
+
 TEST_CASE("images that a table lists are studied like datasets", "[fewshot]") {
   const ThreeClasses chips;
   std::string table = "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m\n";
@@ -309,6 +360,13 @@ TEST_CASE("images that a table lists are studied like datasets", "[fewshot]") {
   std::ofstream(chips / "table.csv") << table.substr(0, table.find(",azimuth_spacing_m")) << table.substr(table.find('\n'));
   listed["--output"] = "short";
   CHECK(chips.run(listed).is_error("table.csv"));
+  std::string apart = table;  // a class that would be a folder of its own
+  for (std::size_t at = 0; (at = apart.find(",cuboid,", at)) != std::string::npos;) apart.replace(at, 8, ",../cuboid,");
+  std::ofstream(chips / "table.csv") << apart;
+  const Outcome outside = chips.run(listed);
+  CHECK(outside.code == 3);
+  CHECK(outside.is_error("../cuboid"));
+  CHECK(!fs::exists(chips / "short"));
 }
 
 TEST_CASE("chips are generated for another depression, at which some classes have none", "[fewshot]") {

@@ -92,3 +92,23 @@ TEST_CASE("the intersection over the union counts pixels") {
   CHECK(intersection_over_union(a, b) == 1.0 / 7.0);
   CHECK_THROWS_AS(intersection_over_union(a, Image<std::uint8_t>(4, 3)), UsageError);
 }
+
+TEST_CASE("of a mask what hangs together with the middle is kept") {
+  Image<std::uint8_t> mask(20, 30);
+  const auto draw = [&](int i0, int i1, int j0, int j1) {
+    for (int i = i0; i < i1; ++i)
+      for (int j = j0; j < j1; ++j) mask(i, j) = 1;
+  };
+  draw(8, 12, 10, 14);   // within 3 pixels of the middle, (10, 15)
+  draw(11, 12, 14, 28);  // leaves it along a row
+  draw(12, 14, 28, 30);  // touches that by a corner alone
+  draw(0, 4, 0, 6);      // apart
+  const Image<std::uint8_t> kept = connected_to_middle(mask, 3);
+  CHECK(count(kept) == 16 + 14);
+  CHECK(kept(11, 27) == 1);
+  CHECK(kept(12, 28) == 0);
+  CHECK(kept(2, 2) == 0);
+  CHECK(count(connected_to_middle(mask, 0)) == 0);     // the middle itself is empty
+  CHECK(count(connected_to_middle(mask, 100)) == count(mask));
+  CHECK(connected_to_middle(Image<std::uint8_t>(), 5).pixels().empty());
+}

@@ -2,6 +2,7 @@
 // Rays that end on a level ground: closed forms, central differences, and how the ground is found under speckle.
 #include "sarnerf/nerf/ground.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "ground_scene.h"
@@ -111,6 +112,39 @@ TEST_CASE("a ground comes back from a model's archive") {
   Archive damaged = field.state();
   damaged.tensors["ground_texture"] = torch::full({2, 2}, NAN);
   CHECK_THROWS_AS(restore_grid_field(damaged, "test"), CheckpointError);
+}
+
+TEST_CASE("of chips of one object what is bright or dark away from it is ground") {
+  // Two views, which cannot outvote a patch: one as bright as the block, one dark.
+  std::vector<PosedImage> images = speckled_scene(2, 4.0);
+  const auto fill = [&](std::size_t v, int i0, int j0, float power) {
+    for (int i = i0; i < i0 + 6; ++i)
+      for (int j = j0; j < j0 + 6; ++j) images[v].power(i, j) = power;
+  };
+  fill(0, 3, 4, 2.0f);
+  fill(1, 40, 54, 0.0f);
+  GroundRule rule;
+  rule.least_views = 2;
+  const auto learned = [&](int reach_pixels) {
+    rule.object_reach_pixels = reach_pixels;
+    return training_set(images, ground_scene_box(), {.ground_m = 0.0, .above_ground_m = {}}, {}, rule);
+  };
+  const auto n_voxels = [](const TrainingSet& set) {
+    const CarvedVoxels voxels = carve(set, grid_transform(set, 0.5));
+    return std::count(voxels.active.begin(), voxels.active.end(), 1);
+  };
+  const TrainingSet any = learned(0), one = learned(8);
+  REQUIRE((any.ground && one.ground));
+  CHECK(any.ground->mask[0](6, 7) == 0);
+  CHECK(any.ground->mask[1](43, 57) == 0);
+  CHECK(one.ground->mask[0](6, 7) == 1);
+  CHECK(one.ground->mask[1](43, 57) == 1);
+  // The block and its shadow stay.
+  const Acquisition& a = images[0].acquisition;
+  const RadarPoint top = project(a, radar_frame(a), {0.0, 3.0, 0.0});
+  CHECK(one.ground->mask[0](static_cast<int>(a.row_of(top.along_track_m)), static_cast<int>(a.bin_of(top.range_offset_m))) == 0);
+  CHECK(n_voxels(one) < n_voxels(any));
+  CHECK(n_voxels(one) > 4 * 3 * 3 / 0.125);
 }
 
 TEST_CASE("the ground under speckle has the mean of its clean image") {

@@ -76,6 +76,10 @@ struct Regions {
 /// Throws UsageError for thresholds that are not positive. Cost: that of the blur.
 std::optional<Regions> find_regions(const Image<float>& power, const RegionRule& rule = {});
 
+/// The pixels of a mask that hang together with those next to the middle: which are in the square of 2 `reach_pixels` + 1 about it, or are
+/// reached from there in steps along rows and columns that stay in the mask. 1 for these, else 0.
+Image<std::uint8_t> connected_to_middle(const Image<std::uint8_t>& mask, int reach_pixels);
+
 /// |A ∩ B| / |A ∪ B| of the pixels that are not 0; empty where both masks are. Throws UsageError when sizes differ.
 std::optional<double> intersection_over_union(const Image<std::uint8_t>& a,
                                               const Image<std::uint8_t>& b);

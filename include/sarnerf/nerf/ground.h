@@ -91,6 +91,10 @@ struct GroundRule {
   /// A point is empty if at least this fraction of the views that see it show bare ground there and in its shadow. In some
   /// views, an object may be as bright as the ground. Chosen.
   double bare_fraction = 0.3;
+  /// Above 0: the images are chips of one object about the aim point. What does not hang together with pixels this near to the middle
+  /// (connected_to_middle()) is ground, however bright, and matter lies only where all views see it. With few views, a patch of bright
+  /// clutter in one of them would else be matter, which casts a shadow in every other view. Half the size of the object.
+  int object_reach_pixels = 0;
   /// Greatest height of objects under speckle, as a fraction of the swath in ground range; at small depressions the shadow
   /// bounds it further (SceneHeights). Kept for speed: training takes 1.6 times as long without. Chosen.
   double object_height_fraction = 0.25;

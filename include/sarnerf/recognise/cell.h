@@ -29,7 +29,7 @@ struct TestChips {
 struct Cell {
   Classifier classifier = Classifier::a_convnet;
   std::string arm;
-  int n_shots = 0, draw = 0;
+  int n_shots = 0, draw = 0;            ///< 0 shots: all chips
   std::string study;                    ///< fingerprint of the study's chips and options
   Confusion confusion, within, across;  ///< of TestChips
   double seconds = 0.0;

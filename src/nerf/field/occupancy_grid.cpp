@@ -100,9 +100,10 @@ std::vector<const EvidenceView*> views_of_ball(std::span<const EvidenceView> vie
   return some;
 }
 
-/// Whether the views of a level ground allow a point to be occupied.
+/// Whether the views of a level ground allow a point to be occupied. Chips of one object all show the whole of it.
 bool ground_allows_matter(const TrainingSet& set, std::span<const RadarFrame> frames, const glm::dvec3& point_m) {
   const BareViews views = bare_views(*set.ground, set.images, frames, point_m);
+  if (set.ground_rule.object_reach_pixels > 0 && views.n_seeing < set.images.size()) return false;
   const auto n_seeing = static_cast<double>(views.n_seeing);
   return n_seeing > 0.0 && static_cast<double>(views.n_bare) < set.ground_rule.bare_fraction * n_seeing;
 }

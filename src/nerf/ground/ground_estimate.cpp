@@ -39,7 +39,8 @@ std::vector<double> block_means(const Image<float>& power, int side) {
   return means;
 }
 
-/// 1 where the brightness of the neighbourhood is within mask_factor of the expected ground.
+/// 1 where the brightness of the neighbourhood is within mask_factor of the expected ground; of chips of one object, also wherever that is
+/// not.
 Mask ground_mask(const Image<float>& power, const Image<float>& expected, const GroundRule& rule) {
   Image<float> ratio(power.n_azimuth(), power.n_range());
   for (std::size_t n = 0; n < ratio.pixels().size(); ++n) {
@@ -51,6 +52,11 @@ Mask ground_mask(const Image<float>& power, const Image<float>& expected, const 
   for (std::size_t n = 0; n < mask.pixels().size(); ++n) {
     const double a = double{around.pixels()[n]};
     mask.pixels()[n] = a * rule.mask_factor > 1.0 && a < rule.mask_factor ? 1 : 0;
+  }
+  if (rule.object_reach_pixels > 0) {
+    for (std::uint8_t& pixel : mask.pixels()) pixel = 1 - pixel;
+    mask = connected_to_middle(mask, rule.object_reach_pixels);
+    for (std::uint8_t& pixel : mask.pixels()) pixel = 1 - pixel;
   }
   return mask;
 }
