@@ -228,7 +228,7 @@ TEXT
 
 ## Table 3: recognition from few chips$heading
 
-It is no part of this page. A program of its own, \`sar_fewshot\`, makes it, beside what plain turning of the same chips gives: [recognition.md]($(realpath --relative-to="$out" "$root/docs/results/recognition.md")).
+Table 3 was not replicated. \`sar_fewshot\` does a similar study with another network, another field and restored chips, beside what plain turning of the same chips gives: [recognition.md]($(realpath --relative-to="$out" "$root/docs/results/recognition.md")).
 TEXT
   if ! $counting; then made_at | text; fi
 }
