@@ -113,6 +113,8 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
     for (const char* option : {"--amplitude-scale", "--spacing"})
       if (o.table.empty() && command.given(option))
         throw UsageError(std::string(option) + ": is for images of a table (--csv); datasets have their own");
+    if (!command.given("--classifiers") && std::ranges::find(o.arms, Arm::none) == o.arms.end())
+      std::erase(o.classifiers, Classifier::background);  // it learns from the shots alone
     if (!quick) return;
     if (!command.given("--classes")) o.most_classes = 4;
     if (!command.given("--shots")) o.shots = {12};
