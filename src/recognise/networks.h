@@ -7,7 +7,7 @@ namespace sarnerf {
 
 /// A-ConvNet (Chen, Wang, Xu and Jin, IEEE TGRS 2016): convolutions of 5 × 5 × 16, 5 × 5 × 32 and 6 × 6 × 64, each with ReLU and
 /// 2 × 2 maximum; dropout; 5 × 5 × 128 with ReLU; 3 × 3 × classes. [n, 1, 88, 88] → [n, classes]. Batch normalisation is left out, as in
-/// the paper: with 8 shots it costs 6 to 11 points (docs/results/recognition_choices.md).
+/// the paper: with 8 shots it costs 0.5 to 11 points, by rate and smoothing (docs/results/recognition_choices.md).
 torch::nn::Sequential a_convnet(int n_classes);
 
 /// ResNet-50 (He, Zhang, Ren and Sun, CVPR 2016) for one channel: 7 × 7 / 2, 3 × 3 maximum / 2, then 3, 4, 6 and 3 bottlenecks.
