@@ -24,6 +24,7 @@ std::string_view name(Arm arm) {
   switch (arm) {
     case Arm::none: return "none";
     case Arm::turned: return "turned";
+    case Arm::turned_both: return "turned-both";
     case Arm::turned_circle: return "turned-360";
     case Arm::rescaled: return "rescaled";
     case Arm::interpolated: return "interpolated";
@@ -44,10 +45,10 @@ struct FieldContext {
   double ground_height_m = 0.0;  ///< above the aim point
 };
 
-/// A view to generate, and the shot nearest to it.
+/// A view to generate, the shot nearest to it, and the one on the other side of it.
 struct WantedView {
   Acquisition acquisition;
-  std::size_t nearest = 0;
+  std::size_t nearest = 0, farther = 0;
 };
 
 /// Views that divide each gap between neighbouring shots evenly, in steps of about `step_deg`, without those that are farther from a shot
@@ -56,7 +57,7 @@ std::vector<WantedView> wanted_views(std::span<const PosedImage> shots, const Ge
   constexpr double kRounding_deg = 1e-9;
   std::vector<WantedView> views;
   for (std::size_t s = 0; s < shots.size(); ++s) {
-    if (depression_deg) views.push_back({shots[s].acquisition, s});
+    if (depression_deg) views.push_back({shots[s].acquisition, s, s});
     const std::size_t next = (s + 1) % shots.size();
     const double gap_deg = shots.size() == 1 ? 360.0 : std::fmod(azimuth_deg(shots[next]) - azimuth_deg(shots[s]) + 720.0, 360.0);
     const auto n_steps = std::lround(gap_deg / o.step_deg);
@@ -64,7 +65,7 @@ std::vector<WantedView> wanted_views(std::span<const PosedImage> shots, const Ge
       const double from_deg = gap_deg * static_cast<double>(k) / static_cast<double>(n_steps);
       if (std::min(from_deg, gap_deg - from_deg) > o.reach_deg + kRounding_deg) continue;
       const std::size_t nearest = 2 * k <= n_steps ? s : next;
-      WantedView& view = views.emplace_back(WantedView{shots[nearest].acquisition, nearest});
+      WantedView& view = views.emplace_back(WantedView{shots[nearest].acquisition, nearest, nearest == s ? next : s});
       view.acquisition.azimuth_rad = shots[s].acquisition.azimuth_rad + rad_from_deg(from_deg);
     }
   }
@@ -188,12 +189,13 @@ const PosedImage& nearest_chip(const ClassChips& chips, std::span<const std::siz
 std::vector<PosedImage> views_of(Arm arm, const ClassChips& chips, std::span<const PosedImage> shots, std::span<const std::size_t> test,
                                  const Options& o) {
   if (arm == Arm::turned_circle) return turned_through_circle(shots);
-  const bool as_shots = arm == Arm::turned || arm == Arm::measured;
+  const bool as_shots = arm == Arm::turned || arm == Arm::turned_both || arm == Arm::measured;
   const std::vector<WantedView> wanted = wanted_views(shots, o.generation, as_shots ? std::nullopt : o.generation.depression_deg);
   std::vector<PosedImage> views;
   for (const WantedView& w : wanted) {
-    if (arm == Arm::turned || arm == Arm::rescaled) {
+    if (arm == Arm::turned || arm == Arm::turned_both || arm == Arm::rescaled) {
       views.push_back(turned(shots[w.nearest], w.acquisition));
+      if (arm == Arm::turned_both) views.push_back(turned(shots[w.farther], w.acquisition));
     } else if (arm == Arm::interpolated) {
       views.push_back(interpolated(shots, w.acquisition, o.generation.interpolation));
     } else {
@@ -456,7 +458,7 @@ std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& ch
                                                const std::filesystem::path& cache, const Monitor& monitor) {
   std::vector<LabelledChips> sets{generated_chips(Arm::measured, chips, draw, o, cache, monitor)};
   for (const Arm arm : o.arms)
-    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && !beside_turned(arm))
+    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && arm != Arm::turned_both && !beside_turned(arm))
       sets.push_back(generated_chips(arm, chips, draw, o, cache, monitor));
   std::vector<Image<std::uint8_t>> pictures;
   for (std::size_t c = 0; c < chips.size(); ++c) {

@@ -91,8 +91,8 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.add("--draws", o.n_draws, whole("N", 1, 1000), "Draws of shots: each has starts and a seed of its own");
   command.add_flag("--same-azimuths", o.same_azimuths, "Shots of all classes at the same azimuths, as near as their chips allow; default: a random start for each class");
   command.add("--arms", o.arms,
-              some_of<Arm>({Arm::none, Arm::turned, Arm::turned_circle, Arm::rescaled, Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::corrected, Arm::measured}),
-              "What is added to the shots: none, turned, turned-360, rescaled, interpolated, learned, learned+turned, interpolated+turned, corrected, measured");
+              some_of<Arm>({Arm::none, Arm::turned, Arm::turned_both, Arm::turned_circle, Arm::rescaled, Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::corrected, Arm::measured}),
+              "What is added to the shots: none, turned, turned-both, turned-360, rescaled, interpolated, learned, learned+turned, interpolated+turned, corrected, measured");
   command.add("--classifiers", o.classifiers,
               some_of<Classifier>({Classifier::a_convnet, Classifier::resnet50, Classifier::nearest_neighbour, Classifier::background}),
               "Of a-convnet, resnet50, nearest and background");

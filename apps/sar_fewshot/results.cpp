@@ -16,7 +16,7 @@ namespace sarnerf::app {
 namespace {
 
 /// Arms that the others are compared with.
-constexpr Arm kReferences[] = {Arm::none, Arm::turned, Arm::rescaled, Arm::interpolated, Arm::interpolated_turned};
+constexpr Arm kReferences[] = {Arm::none, Arm::turned, Arm::turned_both, Arm::rescaled, Arm::interpolated, Arm::interpolated_turned};
 
 std::string shots_text(int n_shots) { return n_shots == 0 ? "all" : std::to_string(n_shots); }
 

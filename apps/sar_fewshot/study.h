@@ -32,6 +32,7 @@ inline constexpr const char* kProgram = "sar_fewshot";
 enum class Arm {
   none,
   turned,          ///< the nearest shot, turned on the level plane, within the gap between shots
+  turned_both,     ///< both shots next to a view, turned: twice as many chips as turned, without a field
   turned_circle,   ///< every shot, turned through 360°
   rescaled,        ///< the nearest shot, turned, and rescaled in range to the depression of generated chips
   interpolated,    ///< the neighbouring shots, turned and averaged

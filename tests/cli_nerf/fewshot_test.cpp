@@ -210,8 +210,12 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
     return sarnerf::read_draw_file((chips / folder / "04_00.pt").string());
   };
   // Gaps of 90°, more or less, by 5°; within 15° of either shot.
-  const auto near = draw("near", {{"--arms", "turned,interpolated,interpolated+turned"}, {"--step", "5"}}).generated;
+  const auto near = draw("near", {{"--arms", "turned,turned-both,interpolated,interpolated+turned"}, {"--step", "5"}}).generated;
   CHECK(near.at("turned").size() == 3 * 4 * 6);
+  const auto of_both = [&](int first) { return near.at("turned-both").amplitude.slice(0, first, near.at("turned-both").size(), 2); };
+  CHECK(torch::equal(of_both(0), near.at("turned").amplitude));
+  CHECK(of_both(1).sizes() == of_both(0).sizes());
+  CHECK_FALSE(torch::allclose(of_both(1), of_both(0), 0.1));
   CHECK(torch::equal(near.at("interpolated+turned").amplitude,
                      torch::cat({near.at("interpolated").amplitude, near.at("turned").amplitude})));
   CHECK(draw("nearer", {{"--arms", "turned"}, {"--step", "5"}, {"--reach", "5.1"}}).generated.at("turned").size() == 3 * 4 * 2);
