@@ -79,20 +79,17 @@ Image<float> on_background_of(const TargetAndBackground& target, const TargetAnd
   return result;
 }
 
-/// Of each chip, one of another class, at random; or one of the four of its own class that are nearest in azimuth. Both have as many pixels as
-/// the chip. A chip that has none keeps its own background.
+/// Of each chip, one of another class, at random; or one of the four of its own class that are nearest in azimuth. A chip that is alone in
+/// its class keeps its own background.
 std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::span<const std::int64_t> labels, bool within_class,
                                 std::uint64_t seed) {
   constexpr std::size_t kNeighbours = 4;
   std::mt19937_64 random(seed);
-  const auto same_size = [&](std::size_t a, std::size_t b) {
-    return chips[a]->power.n_azimuth() == chips[b]->power.n_azimuth() && chips[a]->power.n_range() == chips[b]->power.n_range();
-  };
   std::vector<std::size_t> donor(chips.size());
   for (std::size_t n = 0; n < donor.size(); ++n) {
     std::vector<std::size_t> possible;
     for (std::size_t m = 0; m < donor.size(); ++m)
-      if (m != n && (labels[m] == labels[n]) == within_class && same_size(m, n)) possible.push_back(m);
+      if (m != n && (labels[m] == labels[n]) == within_class) possible.push_back(m);
     if (within_class) {
       std::ranges::stable_sort(possible, {}, [&](std::size_t m) {
         return apart_rad(chips[m]->acquisition.azimuth_rad, chips[n]->acquisition.azimuth_rad);
