@@ -65,9 +65,7 @@ double StageRates::rate(std::string_view stage, std::uint64_t done, Clock::time_
   return elapsed_s > 0.0 ? double(done - beginning.done) / elapsed_s : 0.0;
 }
 
-void StageRates::end(std::string_view stage) {
-  if (const auto place = stages_.find(stage); place != stages_.end()) stages_.erase(place);
-}
+void StageRates::end(std::string_view stage) { stages_.erase(std::string(stage)); }
 
 Console::Console(std::string program, std::FILE* stream)
     : program_(std::move(program)),

@@ -13,6 +13,7 @@
 #include "sarnerf/core/units.h"
 #include "sarnerf/dataset/image_index.h"
 #include "sarnerf/dataset/manifest.h"
+#include "sarnerf/dataset/phoenix.h"
 #include "study.h"
 
 namespace sarnerf::app {
@@ -27,12 +28,7 @@ constexpr double kSector_deg = 30.0;
 constexpr int kFolds = 4;
 
 /// The azimuth of a chip in [0°, 360°).
-double circle_deg(const PosedImage& chip) {
-  const double a_deg = azimuth_deg(chip);
-  if (a_deg >= 0.0 && a_deg < 360.0) return a_deg;
-  const double rest_deg = std::remainder(a_deg, 360.0);
-  return rest_deg < 0.0 ? rest_deg + 360.0 : rest_deg;
-}
+double circle_deg(const PosedImage& chip) { return within_circle_deg(azimuth_deg(chip)); }
 
 bool is_near(double depression_deg, double wanted_deg) { return std::abs(depression_deg - wanted_deg) < kSameDepression_deg; }
 
