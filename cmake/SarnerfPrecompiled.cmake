@@ -24,19 +24,20 @@ set(sarnerf_packages_torch_program ${sarnerf_packages_torch})
 set(sarnerf_packages_test ${sarnerf_packages_base} Catch2::Catch2)
 set(sarnerf_packages_torch_test ${sarnerf_packages_torch} Catch2::Catch2)
 
-# Little time is spent in the own code of programs and tests: with -O1 it compiles in two thirds of the time. GCC 12 crashes on
-# precompiled headers of another level, so that all targets of these kinds have it. sar_bench, which measures, is no such program.
-set(sarnerf_light_kinds "(program|test)$")
-set(sarnerf_light_options $<$<CONFIG:Release>:-O1>)
+# Little time is spent in the own code of programs and of tests: with -O1 a unit of a program compiles in two thirds of the time,
+# with -O0 one of a test in half of it. GCC 12 crashes on precompiled headers of another level, so that all targets of a kind have
+# the same. sar_bench, which measures, is of none of these kinds.
+set(sarnerf_options_program $<$<CONFIG:Release>:-O1>)
+set(sarnerf_options_torch_program ${sarnerf_options_program})
+set(sarnerf_options_test $<$<CONFIG:Release>:-O0>)
+set(sarnerf_options_torch_test ${sarnerf_options_test})
 
 # sarnerf_precompiled(target kind): kind is one of base, openvdb, torch, program, torch_program, test and torch_test.
 function(sarnerf_precompiled target kind)
   if(SARNERF_FUZZ)
     return()  # its sanitizers have options for single libraries
   endif()
-  if(kind MATCHES "${sarnerf_light_kinds}")
-    target_compile_options(${target} PRIVATE ${sarnerf_light_options})
-  endif()
+  target_compile_options(${target} PRIVATE ${sarnerf_options_${kind}})
   # GCC takes precompiled headers of -fPIC for units of -fPIC alone, so that programs are compiled as libraries are.
   get_target_property(type ${target} TYPE)
   if(type STREQUAL "EXECUTABLE")
@@ -52,9 +53,7 @@ function(sarnerf_precompiled target kind)
     # With -Wpedantic GCC defines fewer macros, so warnings must be the same, too.
     target_link_libraries(${shared} PRIVATE ${sarnerf_packages_${kind}} sarnerf_warnings)
     target_precompile_headers(${shared} PRIVATE ${sarnerf_precompiled_${kind}})
-    if(kind MATCHES "${sarnerf_light_kinds}")
-      target_compile_options(${shared} PRIVATE ${sarnerf_light_options})
-    endif()
+    target_compile_options(${shared} PRIVATE ${sarnerf_options_${kind}})
     if(kind MATCHES "test$")
       target_include_directories(${shared} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
     endif()
