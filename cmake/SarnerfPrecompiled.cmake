@@ -32,12 +32,22 @@ set(sarnerf_options_torch_program ${sarnerf_options_program})
 set(sarnerf_options_test $<$<CONFIG:Release>:-O0>)
 set(sarnerf_options_torch_test ${sarnerf_options_test})
 
-# sarnerf_precompiled(target kind): kind is one of base, openvdb, torch, program, torch_program, test and torch_test.
+# sarnerf_few_units(target): compiles up to eight of the target's sources as one, because most of the time goes into headers, which
+# are read, and instantiated, once then. Names in the unnamed namespaces of its sources must differ.
+function(sarnerf_few_units target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+endfunction()
+
+# sarnerf_precompiled(target kind): kind is one of base, openvdb, torch, program, torch_program, test and torch_test. Programs and
+# tests are compiled in few units.
 function(sarnerf_precompiled target kind)
   if(SARNERF_FUZZ)
     return()  # its sanitizers have options for single libraries
   endif()
   target_compile_options(${target} PRIVATE ${sarnerf_options_${kind}})
+  if(kind MATCHES "(program|test)$")
+    sarnerf_few_units(${target})
+  endif()
   # GCC takes precompiled headers of -fPIC for units of -fPIC alone, so that programs are compiled as libraries are.
   get_target_property(type ${target} TYPE)
   if(type STREQUAL "EXECUTABLE")

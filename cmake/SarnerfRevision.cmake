@@ -1,5 +1,6 @@
 # Run at every build: writes HEADER with the revision of SOURCE, if that has changed since.
 #   cmake -DSOURCE=FOLDER -DHEADER=FILE -P SarnerfRevision.cmake
+cmake_minimum_required(VERSION 3.25)
 set(revision unknown)
 find_package(Git QUIET)
 if(GIT_FOUND)

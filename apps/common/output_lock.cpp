@@ -28,7 +28,8 @@ std::filesystem::path dataset_folder(const std::filesystem::path& dataset) {
 
 std::filesystem::path full_path(const std::filesystem::path& path) {
   std::error_code ignored;
-  return without_slash(std::filesystem::weakly_canonical(path, ignored));
+  const std::filesystem::path full = std::filesystem::weakly_canonical(path, ignored);
+  return without_slash(full.empty() ? path : full);  // empty: a folder on the way may not be read
 }
 
 namespace {

@@ -39,7 +39,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 /// A data set and the clean views that it is judged by.
-struct Material {
+struct AblationData {
   std::string name;
   std::string method;  ///< fingerprint of the images and of what all trainings on them have in common
   Dataset dataset;
@@ -209,7 +209,7 @@ struct AblationOptions {
 
 /// What measured chips have and sar_render's images do not: an unknown gain of each view, 1 dB (standard deviation) about a
 /// mean of 0 dB, and a scene box that reaches 2 m below the ground. (Their shifts are in the images: scripts/ablation.sh.)
-void make_as_measured(Material& m) {
+void make_as_measured(AblationData& m) {
   std::mt19937_64 random(1);
   std::vector<double> log_gain(m.images.size());
   double mean = 0.0;
@@ -225,8 +225,8 @@ void make_as_measured(Material& m) {
   m.dataset.scene_box_m.min.y -= 2.0;
 }
 
-Material read(const std::string& folder, const AblationOptions& o) {
-  Material m;
+AblationData read(const std::string& folder, const AblationOptions& o) {
+  AblationData m;
   m.name = fs::path(folder).filename().string();
   m.dataset = read_manifest(folder);
   const auto all = [](const Dataset& d) {
@@ -247,7 +247,7 @@ Material read(const std::string& folder, const AblationOptions& o) {
 }
 
 /// Of a method, from all that is known of the images.
-TrainingSet set_of(const Material& m, const Method& method) {
+TrainingSet set_of(const AblationData& m, const Method& method) {
   const std::optional<Resolution> resolution = method.knows_response ? m.dataset.resolution : std::optional<Resolution>();
   if (m.dataset.exact_poses || !method.registers)
     return training_set(m.images, m.dataset.scene_box_m, {}, resolution, method.ground);
@@ -265,7 +265,7 @@ struct Ablated {
 };
 
 /// Also finds out whether the set's ground is speckled.
-Ablated ablated(Material& m, const AblationOptions& o) {
+Ablated ablated(AblationData& m, const AblationOptions& o) {
   Ablated base;
   TrainingSet set = set_of(m, base.method);
   m.is_speckled = set.ground && set.ground->speckled;
@@ -284,7 +284,7 @@ Ablated ablated(Material& m, const AblationOptions& o) {
   return base;
 }
 
-Cell learn(const Material& m, Method method, const Rule* rule, int seed, std::int64_t n_steps, const Monitor& monitor) {
+Cell learn(const AblationData& m, Method method, const Rule* rule, int seed, std::int64_t n_steps, const Monitor& monitor) {
   if (rule) rule->leave_out(method);
   WorkClock clock(0.0, 0.0);
   TrainingSet set = set_of(m, method);
@@ -454,35 +454,35 @@ void run_ablation(int argc, char** argv, app::Console& console) {
     const Rule* rule;
     int seed;
   };
-  std::vector<Material> materials;
+  std::vector<AblationData> data_sets;
   std::vector<Ablated> bases;
   for (const std::string& folder : o.folders) {
     monitor.check();
-    bases.push_back(ablated(materials.emplace_back(read(folder, o)), o));
+    bases.push_back(ablated(data_sets.emplace_back(read(folder, o)), o));
     for (const Cell& c : cells)
-      if (c.set == materials.back().name && c.method != materials.back().method)
+      if (c.set == data_sets.back().name && c.method != data_sets.back().method)
         throw UsageError(file.string() + ": its cells of " + c.set + " are of other images, --steps or --without; choose another -o");
   }
   // Seed by seed, so that a study that was interrupted has judged every rule.
   std::vector<Missing> missing;
   for (int seed = 1; seed <= o.n_seeds; ++seed)
-    for (std::size_t n = 0; n < materials.size(); ++n) {
+    for (std::size_t n = 0; n < data_sets.size(); ++n) {
       const auto add = [&](const Rule* rule, const std::string& name) {
-        if (!done.contains({materials[n].name, name, seed})) missing.push_back({n, rule, seed});
+        if (!done.contains({data_sets[n].name, name, seed})) missing.push_back({n, rule, seed});
       };
       add(nullptr, kAll);
       for (const Rule* rule : bases[n].acting) add(rule, rule->name);
     }
   if (o.dry_run) {
     for (const Missing& c : missing)
-      app::print_result(materials[c.material].name + " " + (c.rule ? c.rule->name : kAll) + " " + std::to_string(c.seed) + "\n");
+      app::print_result(data_sets[c.material].name + " " + (c.rule ? c.rule->name : kAll) + " " + std::to_string(c.seed) + "\n");
     return;
   }
   std::ofstream out(file, std::ios::app);
   if (ends_within_a_line(file)) out << '\n';
   for (std::size_t n = 0; n < missing.size(); ++n) {
     const Missing& c = missing[n];
-    const Cell cell = learn(materials[c.material], bases[c.material].method, c.rule, c.seed, o.n_steps, monitor);
+    const Cell cell = learn(data_sets[c.material], bases[c.material].method, c.rule, c.seed, o.n_steps, monitor);
     out << json_of(cell).dump() << std::endl;
     if (!out) throw Error(file.string() + " could not be written; is the disk full?");
     cells.push_back(cell);

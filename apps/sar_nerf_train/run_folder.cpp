@@ -9,6 +9,7 @@
 
 #include "options.h"
 #include "output_files.h"
+#include "output_lock.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
@@ -59,12 +60,6 @@ std::string quoted(const std::string& text) {
   return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string full_path(const std::filesystem::path& path) {
-  std::error_code ignored;
-  const auto full = std::filesystem::weakly_canonical(path, ignored);
-  return full.empty() ? path.string() : full.string();
-}
-
 std::map<std::string, std::string> settings(const std::string& text, const std::string& where) {
   std::istringstream in(text);
   std::map<std::string, std::string> values;
@@ -87,7 +82,7 @@ std::string config_text(const Options& o, const TrainerOptions& training) {
   std::ostringstream out;
   out << "# sar_nerf_train " << kVersion
       << ": with --config FILE -o RUN this makes the same run again\n";
-  out << "dataset = " << quoted(full_path(o.dataset)) << "\n";
+  out << "dataset = " << quoted(full_path(o.dataset).string()) << "\n";
   out << "field = " << quoted(o.field) << "\n";
   if (o.time_s) {
     out << "time = " << quoted(Json(*o.time_s).dump() + "s") << "\n";
@@ -105,8 +100,8 @@ std::string config_text(const Options& o, const TrainerOptions& training) {
   if (o.registers) out << "register = " << quoted(*o.registers ? "on" : "off") << "\n";
   out << "holdout = " << quoted(o.holdout.text) << "\n";
   if (o.patience > 0.0) out << "patience = " << quoted(Json(o.patience).dump()) << "\n";
-  if (!o.against.empty()) out << "against = " << quoted(full_path(o.against)) << "\n";
-  if (!o.lpips.empty()) out << "lpips = " << quoted(full_path(o.lpips)) << "\n";
+  if (!o.against.empty()) out << "against = " << quoted(full_path(o.against).string()) << "\n";
+  if (!o.lpips.empty()) out << "lpips = " << quoted(full_path(o.lpips).string()) << "\n";
   if (o.despeckle_deg > 0.0) out << "despeckle = " << quoted(Json(o.despeckle_deg).dump()) << "\n";
   out << "option = [";
   bool first = true;

@@ -18,7 +18,7 @@ using namespace sarnerf::test;
 
 namespace {
 
-constexpr double kVoxel_m = 0.15, kRadius_m = 1.3;
+constexpr double kBallVoxel_m = 0.15, kRadius_m = 1.3;
 
 /// A model whose distance from the surface is `distance_m`, within ± 3.6 m about the aim point, seen from all around at 45°.
 Model model_of(const std::function<double(const glm::dvec3&)>& distance_m, const glm::dvec3& aim_m = glm::dvec3(0.0)) {
@@ -26,7 +26,7 @@ Model model_of(const std::function<double(const glm::dvec3&)>& distance_m, const
   for (int x = -3; x < 3; ++x)
     for (int y = -3; y < 3; ++y)
       for (int z = -3; z < 3; ++z) topology.insert({x, y, z});
-  auto field = std::make_unique<SurfaceField>(GridTransform{glm::dvec3(0.01), kVoxel_m}, std::move(topology), 1.2, 1.0);
+  auto field = std::make_unique<SurfaceField>(GridTransform{glm::dvec3(0.01), kBallVoxel_m}, std::move(topology), 1.2, 1.0);
   const torch::NoGradGuard no_grad;
   float* const f = field->distance.data_ptr<float>();
   for (std::size_t v = 0; v < field->n_voxels(); ++v)

@@ -15,15 +15,15 @@ Columns enclosed(const SurfaceMesh& mesh, const Box& box, double spacing_m) {
   return enclosed_columns(mesh, box, column_lattice(box, spacing_m));
 }
 
-const Box kBox{{-4, 0, -3}, {4, 4, 3}};
-const SurfaceMesh kHouse = box_mesh(kBox.min, kBox.max);  // of 192 m³
+const Box kHouseBox{{-4, 0, -3}, {4, 4, 3}};
+const SurfaceMesh kHouse = box_mesh(kHouseBox.min, kHouseBox.max);  // of 192 m³
 
 }  // namespace
 
 TEST_CASE("a closed mesh encloses its volume wherever its walls stand between the cells", "[enclosed]") {
   for (const double spacing : {0.25, 0.3, 0.5}) {
     for (const double beyond : {0.0, 0.125, 0.25, 1.0}) {
-      const Box box{kBox.min - beyond, kBox.max + beyond};
+      const Box box{kHouseBox.min - beyond, kHouseBox.max + beyond};
       const ColumnLattice lattice = column_lattice(box, spacing);
       const Columns filled = enclosed_columns(kHouse, box, lattice), wound = columns_of(kHouse, lattice);
       CHECK(filled.volume_m3() == Approx(wound.volume_m3()));
@@ -52,9 +52,9 @@ TEST_CASE("a house without a floor is filled and one without a roof is not", "[e
   SurfaceMesh no_floor = kHouse, no_roof = kHouse;
   no_floor.triangles.erase(no_floor.triangles.begin() + 4, no_floor.triangles.begin() + 6);
   no_roof.triangles.erase(no_roof.triangles.begin() + 6, no_roof.triangles.begin() + 8);
-  CHECK(enclosed(no_floor, kBox, 0.25).volume_m3() == Approx(192.0));
-  CHECK(enclosed(inverted(no_floor), kBox, 0.25).volume_m3() == Approx(192.0));
-  CHECK(enclosed(no_roof, kBox, 0.25).volume_m3() == 0.0);
+  CHECK(enclosed(no_floor, kHouseBox, 0.25).volume_m3() == Approx(192.0));
+  CHECK(enclosed(inverted(no_floor), kHouseBox, 0.25).volume_m3() == Approx(192.0));
+  CHECK(enclosed(no_roof, kHouseBox, 0.25).volume_m3() == 0.0);
 }
 
 TEST_CASE("holes narrower than a cell hold the air back", "[enclosed]") {
@@ -70,19 +70,19 @@ TEST_CASE("holes narrower than a cell hold the air back", "[enclosed]") {
     house.triangles.emplace_back(n, n + 3, n + 2);
     return house;
   };
-  CHECK(enclosed(with_gap(0.1), kBox, 0.25).volume_m3() == Approx(192.0));
-  CHECK(enclosed(with_gap(0.6), kBox, 0.25).volume_m3() == 0.0);
+  CHECK(enclosed(with_gap(0.1), kHouseBox, 0.25).volume_m3() == Approx(192.0));
+  CHECK(enclosed(with_gap(0.6), kHouseBox, 0.25).volume_m3() == 0.0);
 }
 
 TEST_CASE("cavities are filled and what is under a table is not", "[enclosed]") {
-  CHECK(enclosed(joined(kHouse, inverted(box_mesh({-1, 1, -1}, {1, 2, 1}))), kBox, 0.25).volume_m3() == Approx(192.0));
+  CHECK(enclosed(joined(kHouse, inverted(box_mesh({-1, 1, -1}, {1, 2, 1}))), kHouseBox, 0.25).volume_m3() == Approx(192.0));
   const SurfaceMesh table = joined(box_mesh({-4, 3, -3}, {4, 4, 3}), box_mesh({-1, 0, -1}, {1, 3, 1}));
-  CHECK(enclosed(table, kBox, 0.25).volume_m3() == Approx(48.0 + 12.0));
+  CHECK(enclosed(table, kHouseBox, 0.25).volume_m3() == Approx(48.0 + 12.0));
 }
 
 TEST_CASE("what cannot be filled is refused or empty", "[enclosed]") {
   CHECK(enclosed({}, Box{}, 0.0).volume_m3() == 0.0);
-  CHECK(enclosed({}, kBox, 0.5).volume_m3() == 0.0);
+  CHECK(enclosed({}, kHouseBox, 0.5).volume_m3() == 0.0);
   const Box tall{{0, 0, 0}, {1, 1e6, 1}};
   CHECK_THROWS_AS(enclosed(box_mesh(tall.min, tall.max), tall, 0.001), UsageError);
 }

@@ -61,17 +61,17 @@ SurfaceMesh turned(SurfaceMesh mesh, std::size_t n) {
 TruthSurface open_truth(const SurfaceMesh& mesh) { return {{}, mesh, 0, {}}; }
 
 /// Columns of a 100th of a sphere of radius 1.
-ScoreOptions quick() {
+ScoreOptions quick_score() {
   ScoreOptions options;
   options.n_samples = 5000;
   options.column_spacing_m = 0.02;
   return options;
 }
 
-TruthVolumeChoice choice_of(const TruthSurface& truth) { return truth_volume(truth, quick()); }
+TruthVolumeChoice choice_of(const TruthSurface& truth) { return truth_volume(truth, quick_score()); }
 
 SurfaceScore score_by_choice(const SurfaceMesh& extracted, const TruthSurface& truth) {
-  ScoreOptions options = quick();
+  ScoreOptions options = quick_score();
   options.truth_volume = choice_of(truth).volume;
   return score(extracted, truth, {}, options);
 }
@@ -173,7 +173,7 @@ TEST_CASE("many small holes and triangles that look inward cost a body little", 
   CHECK(choice_of(open_truth(holed)).volume == TruthVolume::winding_number);
   CHECK(score_by_choice(kSphere, open_truth(holed)).iou > 0.97);
   const TruthSurface some_inward = open_truth(turned(kSphere, 20));
-  ScoreOptions options = quick();
+  ScoreOptions options = quick_score();
   options.truth_volume = TruthVolume::winding_number;
   CHECK(score(kSphere, some_inward, {}, options).iou > 0.95);
 }

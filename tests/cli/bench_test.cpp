@@ -10,12 +10,6 @@
 #include "sarnerf/core/files.h"
 #include "sarnerf/dataset/image_file.h"
 
-namespace {
-
-bool has(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
-
-}  // namespace
-
 TEST_CASE("sar_bench names the study that it does not know") {
   const SceneFolder folder;
   const Conditions here{folder.path(), 0, {}, {}, {}};

@@ -7,18 +7,10 @@
 
 namespace {
 
-const std::vector<std::string> kView = {"box.obj", "--pitch", "50", "--azimuth", "25", "--size", "48x48",
+const std::vector<std::string> kBoxView = {"box.obj", "--pitch", "50", "--azimuth", "25", "--size", "48x48",
                                         "--spacing", "0.15"};
 
-std::vector<std::string> with(const std::vector<std::string>& more) {
-  std::vector<std::string> arguments = kView;
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
 nlohmann::json json(const std::filesystem::path& file) { return nlohmann::json::parse(read_text(file)); }
-
-bool has(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
 
 }  // namespace
 
@@ -26,7 +18,7 @@ TEST_CASE("--error chooses the sampling, says so, and the report says what came 
   const SceneFolder folder;
   int rays_before = 0;
   for (const std::string text : {"5%", "0.01", "0.3%"}) {
-    const Outcome outcome = folder.run(with({"--error", text, "--explain", "-o", "a" + text}));
+    const Outcome outcome = folder.run(with(kBoxView, {"--error", text, "--explain", "-o", "a" + text}));
     INFO(text << "\n" << outcome.err);
     REQUIRE(outcome.code == 0);
     CHECK(has(outcome.err, "slices a row for an error of "));
@@ -42,19 +34,19 @@ TEST_CASE("--error chooses the sampling, says so, and the report says what came 
     rays_before = rays;
   }
   // The same again is done; another tolerance is another recipe.
-  const Outcome again = folder.run(with({"--error", "1%", "-o", "a0.01"}));
+  const Outcome again = folder.run(with(kBoxView, {"--error", "1%", "-o", "a0.01"}));
   CHECK(again.code == 0);
   CHECK(has(again.err, "already done"));
-  CHECK(folder.run(with({"--error", "2%", "-o", "a0.01"})).code == 2);
+  CHECK(folder.run(with(kBoxView, {"--error", "2%", "-o", "a0.01"})).code == 2);
 }
 
 TEST_CASE("every render says its error; -q does not; a sweep says the least and the most") {
   const SceneFolder folder;
-  const Outcome one = folder.run(with({"-o", "one"}));
+  const Outcome one = folder.run(with(kBoxView, {"-o", "one"}));
   CHECK(has(one.err, "error about "));
   CHECK(json(folder / "one.report.json")["error_estimate"]["most"] > 0.0);
-  CHECK(folder.run(with({"-o", "quiet", "-q"})).err.empty());
-  std::vector<std::string> sweep = with({"-o", "sweep", "--error", "1%"});
+  CHECK(folder.run(with(kBoxView, {"-o", "quiet", "-q"})).err.empty());
+  std::vector<std::string> sweep = with(kBoxView, {"-o", "sweep", "--error", "1%"});
   sweep[4] = "0:90:30";
   const Outcome many = folder.run(sweep);
   REQUIRE(many.code == 0);
@@ -67,13 +59,13 @@ TEST_CASE("--error is refused where it means nothing") {
   const auto before = folder.contents();
   for (const auto& [value, piece] : {std::pair{"5", "expected 0.1% to 20%"}, std::pair{"0", "expected 0.1% to 20%"},
                                      std::pair{"0.01%", "expected 0.1% to 20%"}, std::pair{"low", "--error"}}) {
-    const Outcome outcome = folder.run(with({"--error", value}));
+    const Outcome outcome = folder.run(with(kBoxView, {"--error", value}));
     INFO(value << ": " << outcome.err);
     CHECK(outcome.code == 2);
     CHECK(is_error_line(outcome.err, piece));
   }
-  CHECK(is_error_line(folder.run(with({"--error", "1%", "--sub-rows", "4"})).err, "--sub-rows"));
-  CHECK(is_error_line(folder.run(with({"--error", "1%", "--engine", "voxel"})).err, "--engine voxel"));
+  CHECK(is_error_line(folder.run(with(kBoxView, {"--error", "1%", "--sub-rows", "4"})).err, "--sub-rows"));
+  CHECK(is_error_line(folder.run(with(kBoxView, {"--error", "1%", "--engine", "voxel"})).err, "--engine voxel"));
   CHECK(folder.contents() == before);
 }
 
@@ -82,7 +74,7 @@ TEST_CASE("an error that cannot be estimated is said to be so, and null in the r
   for (const char* engine : {"surface", "voxel"}) {
     for (const char* rays : {"1", "2", "5"}) {
       const std::string name = std::string(engine) + rays;
-      const Outcome outcome = folder.run(with({"--elevations", rays, "--engine", engine, "-o", name, "--layers", "error"}));
+      const Outcome outcome = folder.run(with(kBoxView, {"--elevations", rays, "--engine", engine, "-o", name, "--layers", "error"}));
       INFO(name << ": " << outcome.err);
       REQUIRE(outcome.code == 0);
       CHECK(has(outcome.err, "warning: the error cannot be estimated: "));
@@ -94,7 +86,7 @@ TEST_CASE("an error that cannot be estimated is said to be so, and null in the r
   }
   const Outcome slices = folder.run({"box.obj", "--pitch", "50", "--size", "4x48", "--spacing", "0.15", "--sub-rows", "1", "-o", "rows"});
   CHECK(has(slices.err, "6 are needed (--sub-rows)"));
-  const Outcome plan = folder.run(with({"--elevations", "1", "--dry-run"}));
+  const Outcome plan = folder.run(with(kBoxView, {"--elevations", "1", "--dry-run"}));
   CHECK(has(plan.out, "the error estimate: 1 elevation ray across the scene gives"));
-  CHECK(folder.run(with({"--elevations", "6", "-o", "six"})).err.find("cannot be estimated") == std::string::npos);
+  CHECK(folder.run(with(kBoxView, {"--elevations", "6", "-o", "six"})).err.find("cannot be estimated") == std::string::npos);
 }

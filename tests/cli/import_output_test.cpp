@@ -14,14 +14,6 @@ void write_chips(const ChipFolder& folder, int count) {
     folder.write("chips/hb." + std::to_string(n), ChipFolder::chip(n));
 }
 
-std::size_t n_images(const std::filesystem::path& folder) {
-  std::error_code code;
-  std::size_t n = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "images", code))
-    n += entry.path().extension() == ".tif" ? 1 : 0;
-  return n;
-}
-
 }  // namespace
 
 TEST_CASE("an import is a dataset folder as sar_render's are, with a summary on stdout",

@@ -10,18 +10,13 @@ using namespace sarnerf;
 
 namespace {
 
-std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
-const std::vector<std::string> kView = {"box.obj", "--pitch", "50", "--size", "32x40", "--spacing", "0.2", "-q"};
+const std::vector<std::string> kLayersView = {"box.obj", "--pitch", "50", "--size", "32x40", "--spacing", "0.2", "-q"};
 
 }  // namespace
 
 TEST_CASE("layers stand beside the image, add up to it, and go with it") {
   const SceneFolder folder;
-  const auto all = with(kView, {"-o", "a", "--layers", "all", "--ground", "grass"});
+  const auto all = with(kLayersView, {"-o", "a", "--layers", "all", "--ground", "grass"});
   REQUIRE(folder.run(all).code == 0);
   const Image<float> image = read_image(folder / "a.tif");
   std::vector<Image<float>> parts;
@@ -43,12 +38,12 @@ TEST_CASE("layers stand beside the image, add up to it, and go with it") {
 
   // The image is the same without; a layer that is missing makes the view unfinished; fewer layers are
   // another recipe, and with --overwrite the others go.
-  REQUIRE(folder.run(with(kView, {"-o", "b", "--ground", "grass"})).code == 0);
+  REQUIRE(folder.run(with(kLayersView, {"-o", "b", "--ground", "grass"})).code == 0);
   CHECK(read_text(folder / "a.tif") == read_text(folder / "b.tif"));
   std::filesystem::remove(folder / "a.wall.tif");
   REQUIRE(folder.run(all).code == 0);
   CHECK(std::filesystem::exists(folder / "a.wall.tif"));
-  const auto fewer = with(kView, {"-o", "a", "--layers", "mask", "--ground", "grass"});
+  const auto fewer = with(kLayersView, {"-o", "a", "--layers", "mask", "--ground", "grass"});
   CHECK(is_error_line(folder.run(fewer).err, "layers: [\"ground\""));
   REQUIRE(folder.run(with(fewer, {"--overwrite"})).code == 0);
   CHECK_FALSE(std::filesystem::exists(folder / "a.wall.tif"));
@@ -58,7 +53,7 @@ TEST_CASE("layers stand beside the image, add up to it, and go with it") {
 
 TEST_CASE("layers of a sweep have a folder, survive continuing, and are the same from voxels on one thread or two") {
   const SceneFolder folder;
-  const auto sweep = with(kView, {"--azimuth", "0:90:30", "--layers", "roof,mask"});
+  const auto sweep = with(kLayersView, {"--azimuth", "0:90:30", "--layers", "roof,mask"});
   REQUIRE(folder.run(with(sweep, {"-o", "s"})).code == 0);
   CHECK(std::filesystem::exists(folder / "s/layers/view_003.roof.tif"));
   CHECK(read_text(folder / "s/dataset.json").find("\"layers\"") != std::string::npos);
@@ -66,7 +61,7 @@ TEST_CASE("layers of a sweep have a folder, survive continuing, and are the same
   std::filesystem::remove(folder / "s/layers/view_002.mask.tif");
   REQUIRE(folder.run(with(sweep, {"-o", "s"})).code == 0);
   CHECK(folder.contents("s") == before);
-  REQUIRE(folder.run(with(kView, {"--azimuth", "0:90:30", "-o", "s", "--overwrite"})).code == 0);
+  REQUIRE(folder.run(with(kLayersView, {"--azimuth", "0:90:30", "-o", "s", "--overwrite"})).code == 0);
   CHECK_FALSE(std::filesystem::exists(folder / "s/layers"));
 
   const auto voxels = with(sweep, {"--engine", "voxel"});
@@ -79,11 +74,11 @@ TEST_CASE("layers of a sweep have a folder, survive continuing, and are the same
 
 TEST_CASE("layers come without a border, in the image's calibration, and bad names are named") {
   const SceneFolder folder;
-  REQUIRE(folder.run(with(kView, {"-o", "f", "--layers", "wall,mask", "--resolution", "0.3", "--window",
+  REQUIRE(folder.run(with(kLayersView, {"-o", "f", "--layers", "wall,mask", "--resolution", "0.3", "--window",
                                   "taylor:-35", "--looks", "1", "--calibration", "sigma0"})).code == 0);
   CHECK(read_image(folder / "f.wall.tif").n_azimuth() == 32);
   CHECK(read_image(folder / "f.mask.tif").n_range() == 40);
-  REQUIRE(folder.run(with(kView, {"-o", "g", "--layers", "wall"})).code == 0);
+  REQUIRE(folder.run(with(kLayersView, {"-o", "g", "--layers", "wall"})).code == 0);
   const Image<float> sigma = read_image(folder / "f.wall.tif"), beta = read_image(folder / "g.wall.tif");
   int n = 0;
   for (std::size_t p = 0; p < beta.pixels().size(); ++p) {
@@ -92,7 +87,7 @@ TEST_CASE("layers come without a border, in the image's calibration, and bad nam
     ++n;
   }
   CHECK(n > 50);
-  const Outcome bad = folder.run(with(kView, {"--layers", "wall,shadow"}));
+  const Outcome bad = folder.run(with(kLayersView, {"--layers", "wall,shadow"}));
   CHECK(bad.code == 2);
   CHECK(is_error_line(bad.err, "found 'shadow'"));
 }

@@ -12,14 +12,10 @@
 
 namespace {
 
-bool has(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
-
 int n_lines(const std::string& text) { return static_cast<int>(std::count(text.begin(), text.end(), '\n')); }
 
 std::vector<std::string> view(const std::vector<std::string>& more) {
-  std::vector<std::string> all = {"box.obj", "--pitch", "45", "--size", "48x48"};
-  all.insert(all.end(), more.begin(), more.end());
-  return all;
+  return with({"box.obj", "--pitch", "45", "--size", "48x48"}, more);
 }
 
 }  // namespace

@@ -12,18 +12,13 @@ using namespace sarnerf;
 
 namespace {
 
-const std::vector<std::string> kView = {"box.obj", "--pitch", "45", "--azimuth", "30", "--size", "40x50"};
-
-std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
+const std::vector<std::string> kOneView = {"box.obj", "--pitch", "45", "--azimuth", "30", "--size", "40x50"};
 
 }  // namespace
 
 TEST_CASE("one view: image, picture, recipe and report, their paths on stdout") {
   const SceneFolder folder;
-  const Outcome outcome = folder.run(with(kView, {"-o", "new/deep/a"}));
+  const Outcome outcome = folder.run(with(kOneView, {"-o", "new/deep/a"}));
   INFO(outcome.err);
   CHECK(outcome.code == 0);
   CHECK(outcome.out == "new/deep/a.tif\nnew/deep/a.png\nnew/deep/a.json\n");
@@ -54,29 +49,29 @@ TEST_CASE("one view: image, picture, recipe and report, their paths on stdout") 
 TEST_CASE("names: default, folder, ending") {
   const SceneFolder folder;
   std::filesystem::create_directory(folder / "there");
-  CHECK(folder.run(kView).out.starts_with("box_sar.tif\n"));
-  CHECK(folder.run(with(kView, {"-o", "there"})).out.starts_with("there/box_sar.tif\n"));
-  CHECK(folder.run(with(kView, {"-o", "fresh/"})).out.starts_with("fresh/box_sar.tif\n"));
-  CHECK(folder.run(with(kView, {"-o", "a.tif"})).out.starts_with("a.tif\na.png\n"));
-  CHECK(folder.run(with(kView, {"-o", "v1.5"})).out.starts_with("v1.5.tif\n"));
-  const Outcome quiet = folder.run(with(kView, {"-q", "-o", "quiet"}));
+  CHECK(folder.run(kOneView).out.starts_with("box_sar.tif\n"));
+  CHECK(folder.run(with(kOneView, {"-o", "there"})).out.starts_with("there/box_sar.tif\n"));
+  CHECK(folder.run(with(kOneView, {"-o", "fresh/"})).out.starts_with("fresh/box_sar.tif\n"));
+  CHECK(folder.run(with(kOneView, {"-o", "a.tif"})).out.starts_with("a.tif\na.png\n"));
+  CHECK(folder.run(with(kOneView, {"-o", "v1.5"})).out.starts_with("v1.5.tif\n"));
+  const Outcome quiet = folder.run(with(kOneView, {"-q", "-o", "quiet"}));
   CHECK(quiet.out == "quiet.tif\nquiet.png\nquiet.json\n");
   CHECK(quiet.err.empty());
 }
 
 TEST_CASE("the same recipe is already done, another one is refused, --overwrite replaces") {
   const SceneFolder folder;
-  REQUIRE(folder.run(with(kView, {"-o", "a"})).code == 0);
+  REQUIRE(folder.run(with(kOneView, {"-o", "a"})).code == 0);
   const auto first = folder.contents();
   const auto written = std::filesystem::last_write_time(folder / "a.tif");
 
-  const Outcome same = folder.run(with(kView, {"-o", "a"}));
+  const Outcome same = folder.run(with(kOneView, {"-o", "a"}));
   CHECK(same.code == 0);
   CHECK(same.err.find("already done") != std::string::npos);
   CHECK(same.out == "a.tif\na.png\na.json\n");
   CHECK(std::filesystem::last_write_time(folder / "a.tif") == written);
 
-  const Outcome other = folder.run(with(kView, {"-o", "a", "--spacing", "0.2"}));
+  const Outcome other = folder.run(with(kOneView, {"-o", "a", "--spacing", "0.2"}));
   CHECK(other.code == 2);
   CHECK(is_error_line(other.err, "image.spacing_m: [0.3,0.3] there, [0.2,0.2] now"));
   CHECK(folder.contents() == first);
@@ -84,26 +79,26 @@ TEST_CASE("the same recipe is already done, another one is refused, --overwrite 
   // The same name, another content.
   const std::string box = read_text(folder / "box.obj");
   write_text(folder / "box.obj", box + "# changed\n");
-  const Outcome changed = folder.run(with(kView, {"-o", "a"}));
+  const Outcome changed = folder.run(with(kOneView, {"-o", "a"}));
   CHECK(changed.code == 2);
   CHECK(is_error_line(changed.err, "scene.sha256"));
   write_text(folder / "box.obj", box);
 
-  CHECK(folder.run(with(kView, {"-o", "a", "--spacing", "0.2", "--overwrite"})).code == 0);
+  CHECK(folder.run(with(kOneView, {"-o", "a", "--spacing", "0.2", "--overwrite"})).code == 0);
   CHECK(folder.contents() != first);
-  CHECK(folder.run(with(kView, {"-o", "a", "--overwrite"})).code == 0);
+  CHECK(folder.run(with(kOneView, {"-o", "a", "--overwrite"})).code == 0);
   CHECK(folder.contents() == first);
 
   // A picture that was lost is made again.
   std::filesystem::remove(folder / "a.png");
-  CHECK(folder.run(with(kView, {"-o", "a"})).code == 0);
+  CHECK(folder.run(with(kOneView, {"-o", "a"})).code == 0);
   CHECK(folder.contents() == first);
 }
 
 TEST_CASE("files of unknown origin and inputs are not replaced") {
   const SceneFolder folder;
   write_text(folder / "a.png", "somebody's");
-  CHECK(folder.run(with(kView, {"-o", "a"})).code == 2);
+  CHECK(folder.run(with(kOneView, {"-o", "a"})).code == 2);
   CHECK(read_text(folder / "a.png") == "somebody's");
 
   write_text(folder / "scene.json",
@@ -130,7 +125,7 @@ TEST_CASE("a mesh that a scene file names is part of its recipe") {
 TEST_CASE("the same bytes whatever the threads") {
   const SceneFolder folder;
   for (const char* threads : {"1", "2", "3"}) {
-    CHECK(folder.run(with(kView, {"-q", "--threads", threads, "-o", std::string(threads) + "/a"})).code ==
+    CHECK(folder.run(with(kOneView, {"-q", "--threads", threads, "-o", std::string(threads) + "/a"})).code ==
           0);
   }
   CHECK(folder.contents("1") == folder.contents("2"));
@@ -140,7 +135,7 @@ TEST_CASE("the same bytes whatever the threads") {
 TEST_CASE("the plan: printed before the work, or instead of it") {
   const SceneFolder folder;
   const auto before = folder.contents();
-  const Outcome dry = folder.run(with(kView, {"--dry-run"}));
+  const Outcome dry = folder.run(with(kOneView, {"--dry-run"}));
   CHECK(dry.code == 0);
   for (const char* piece : {"scene", "rays", "memory", "time", "left out", "40 x 50 pixels", "box_sar"}) {
     INFO(piece);
@@ -148,7 +143,7 @@ TEST_CASE("the plan: printed before the work, or instead of it") {
   }
   CHECK(folder.contents() == before);
 
-  const Outcome explained = folder.run(with(kView, {"--explain", "-q"}));
+  const Outcome explained = folder.run(with(kOneView, {"--explain", "-q"}));
   CHECK(explained.code == 0);
   CHECK(explained.err.find("left out") != std::string::npos);
   CHECK(explained.out == "box_sar.tif\nbox_sar.png\nbox_sar.json\n");
@@ -156,20 +151,20 @@ TEST_CASE("the plan: printed before the work, or instead of it") {
 
 TEST_CASE("a blank image says why") {
   const SceneFolder folder;
-  const Outcome outcome = folder.run(with(kView, {"--aim", "500,0,0", "-q"}));
+  const Outcome outcome = folder.run(with(kOneView, {"--aim", "500,0,0", "-q"}));
   CHECK(outcome.code == 0);
   CHECK(outcome.err.find("warning: ") != std::string::npos);
   CHECK(outcome.err.find("swath") != std::string::npos);
   // The rendered swath is wider by the reach of an impulse response; the warning is of the image's.
-  const Outcome wide = folder.run(with(kView, {"--aim", "500,0,0", "-q", "--resolution", "0.5", "-o", "wide"}));
+  const Outcome wide = folder.run(with(kOneView, {"--aim", "500,0,0", "-q", "--resolution", "0.5", "-o", "wide"}));
   CHECK(std::ranges::count(wide.err, '\n') == 1);
   CHECK(wide.err.substr(wide.err.find("the image ends")) == outcome.err.substr(outcome.err.find("the image ends")));
 }
 
 TEST_CASE("looking left, the radar flies the other way: the same image with its rows reversed") {
   const SceneFolder folder;
-  REQUIRE(folder.run(with(kView, {"-q", "-o", "right"})).code == 0);
-  REQUIRE(folder.run(with(kView, {"--look", "left", "-q", "-o", "left"})).code == 0);
+  REQUIRE(folder.run(with(kOneView, {"-q", "-o", "right"})).code == 0);
+  REQUIRE(folder.run(with(kOneView, {"--look", "left", "-q", "-o", "left"})).code == 0);
   const Image<float> right = read_image(folder / "right.tif"), left = read_image(folder / "left.tif");
   CHECK(relative_l2_error(left, rows_reversed(right)) < 0.03);
   CHECK(relative_l2_error(left, right) > 0.3);

@@ -88,6 +88,14 @@ std::map<std::string, std::string> SceneFolder::contents(const std::filesystem::
   return files;
 }
 
+std::size_t n_images(const std::filesystem::path& dataset) {
+  std::error_code code;
+  std::size_t n = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(dataset / "images", code))
+    n += entry.path().extension() == ".tif" ? 1 : 0;
+  return n;
+}
+
 bool is_error_line(const std::string& text, const std::string& piece) {
   return text.starts_with("sar_render: error: ") && std::count(text.begin(), text.end(), '\n') == 1 &&
          text.back() == '\n' && text.find(piece) != std::string::npos;

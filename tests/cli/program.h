@@ -43,5 +43,17 @@ class SceneFolder : public ScratchFolder {
   std::map<std::string, std::string> contents(const std::filesystem::path& below = {}) const;
 };
 
+/// Whether the text holds the piece.
+inline bool has(const std::string& text, const std::string& piece) { return text.find(piece) != std::string::npos; }
+
+/// The arguments, and more behind them.
+inline std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+/// Number of images of a dataset, which need not be complete.
+std::size_t n_images(const std::filesystem::path& dataset);
+
 /// Whether the text is one line that starts as the program's errors do and holds the piece.
 bool is_error_line(const std::string& text, const std::string& piece);

@@ -19,15 +19,6 @@ std::vector<std::string> sweep(const std::string& output, const std::vector<std:
   return all;
 }
 
-std::size_t n_images(const std::filesystem::path& folder) {
-  std::error_code code;
-  std::size_t n = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "images", code)) {
-    n += entry.path().extension() == ".tif";
-  }
-  return n;
-}
-
 }  // namespace
 
 TEST_CASE("a sweep is a dataset of every combination") {

@@ -9,7 +9,7 @@
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/nerf/learned_field.h"
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 namespace {
 
@@ -95,8 +95,8 @@ TEST_CASE("a scene box that no image shows is refused before anything is trained
     CHECK(outcome.is_error("nothing can be learned"));
     CHECK_FALSE(std::filesystem::exists(scene / "run/model.pt"));
   };
-  const Json manifest = Json::parse(read_text(scene / "data/dataset.json"));
-  Json changed = manifest;
+  const OrderedJson manifest = OrderedJson::parse(read_text(scene / "data/dataset.json"));
+  OrderedJson changed = manifest;
   SECTION("beside the swath") {
     for (auto& corner : changed["scene_box_m"]) corner[0] = corner[0].get<double>() + 1000.0;
     write_text(scene / "data/dataset.json", changed.dump());
@@ -117,7 +117,7 @@ TEST_CASE("one damaged pixel changes neither the peak nor what is learned") {
     INFO(outcome.err);
     REQUIRE(outcome.code == 0);
     CHECK((outcome.err.find("images/5.tif: pixel 3, 4") != std::string::npos) == warned);
-    const Json report = Json::parse(read_text(scene / run / "report.json"));
+    const OrderedJson report = OrderedJson::parse(read_text(scene / run / "report.json"));
     return report["evaluation"]["model"]["mean"]["psnr_power_db"].get<double>();
   };
   const double good_db = db("good", false);
@@ -146,7 +146,7 @@ TEST_CASE("images of any scale are learned from alike") {
     const Outcome outcome = scene.train({"data", "-o", run, "--steps", "60", "--against", "test"});
     INFO(outcome.err);
     REQUIRE(outcome.code == 0);
-    const Json report = Json::parse(read_text(scene / run / "report.json"));
+    const OrderedJson report = OrderedJson::parse(read_text(scene / run / "report.json"));
     return report["evaluation"]["model"]["mean"]["psnr_power_db"].get<double>();
   };
   const double usual_db = db("usual", 1.0f);

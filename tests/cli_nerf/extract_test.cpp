@@ -29,11 +29,6 @@ struct LearnedCube : SmallScene {
   Outcome extract(const std::vector<std::string>& arguments) const { return run(SAR_EXTRACT, arguments); }
 };
 
-Json json_of(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  return Json::parse(file);
-}
-
 }  // namespace
 
 TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {

@@ -39,8 +39,6 @@ std::map<std::string, std::vector<Row>> tables_of(const std::string& markdown) {
   return tables;
 }
 
-Json json_of(const fs::path& file) { return Json::parse(sarnerf::read_whole_file(file)); }
-
 /// A cell as printed with so many digits behind the point.
 bool is_printed(const std::string& cell, double value, int n_digits) {
   return std::abs(std::stod(cell) - value) <= 0.5000001 * std::pow(10.0, -n_digits);

@@ -14,6 +14,8 @@
 #include "sarnerf/core/files.h"
 #include "sarnerf/dataset/image_file.h"
 
+nlohmann::json json_of(const std::filesystem::path& file) { return nlohmann::json::parse(sarnerf::read_whole_file(file)); }
+
 Outcome run_program(std::string program, std::vector<std::string> arguments,
                     const std::filesystem::path& folder, const Signal& signal) {
   const ScratchFolder streams;

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ using Signal = std::function<int(double age_s)>;
 /// Runs a program in a folder and waits for it.
 Outcome run_program(std::string program, std::vector<std::string> arguments, const std::filesystem::path& folder,
                     const Signal& signal = {});
+
+/// What a JSON file holds.
+nlohmann::json json_of(const std::filesystem::path& file);
 
 /// A folder with a small dataset: 32 × 32 pixels of eight points at the corners of a box, seen at 45° from all sides.
 class SmallScene : public ScratchFolder {

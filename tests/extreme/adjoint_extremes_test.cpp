@@ -15,7 +15,6 @@ using namespace sarnerf::test;
 
 namespace {
 
-constexpr double kLargestFloat = std::numeric_limits<float>::max();
 
 std::vector<double> pixel_gradients(std::size_t n) {
   std::vector<double> g(n);

@@ -17,7 +17,6 @@ using namespace sarnerf::test;
 namespace {
 
 constexpr double kSmallestNormal = std::numeric_limits<float>::min();
-constexpr double kLargestFloat = std::numeric_limits<float>::max();
 
 /// Error of a pixel relative to its value; below the smallest normal float relative to that.
 double pixel_error(double found, Quad expected) {

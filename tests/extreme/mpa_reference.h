@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "../mpa/random_batch.h"
@@ -9,6 +10,8 @@
 /// Equation E1 of docs/method/equations.md in quadruple precision, written a second time: no code is shared with the
 /// library's oracle, which it judges as well.
 namespace sarnerf::test {
+
+constexpr double kLargestFloat = std::numeric_limits<float>::max();
 
 /// c of one segment for unit source and transmittance.
 inline Quad response(Integrator integrator, SourceForm form, Quad length, Quad x) {

@@ -14,14 +14,14 @@ using test::append_segments;
 
 namespace {
 
-constexpr double kVoxel_m = 0.25;
-constexpr FieldChannels kChannels{false, 0, SourceBasis::scattering};
+constexpr double kMarchVoxel_m = 0.25;
+constexpr FieldChannels kMarchChannels{false, 0, SourceBasis::scattering};
 
 /// Clumps of matter far apart, on both sides of the origin: extinction up to `most`, scattering beside it.
 BrickGrid<float> clumps(unsigned seed, float most) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> unit(0.0f, 1.0f);
-  BrickGrid<float> grid({{0.03, -0.02, 0.01}, kVoxel_m}, kChannels.count());
+  BrickGrid<float> grid({{0.03, -0.02, 0.01}, kMarchVoxel_m}, kMarchChannels.count());
   for (int clump = 0; clump < 12; ++clump) {
     const glm::ivec3 centre(glm::vec3(unit(random), unit(random), unit(random)) * 60.0f - 30.0f);
     for (int x = -3; x <= 3; ++x) {
@@ -53,7 +53,7 @@ RayGrid rays_of_view() {
 /// Pixels of one row from a batch.
 std::vector<double> pixels(const SampleBatch& batch, const BatchField& field, int n_range) {
   std::vector<double> row(static_cast<std::size_t>(n_range), 0.0);
-  integrate(spans(batch), samples(field, kChannels.basis), Integrator::exact, n_range, row);
+  integrate(spans(batch), samples(field, kMarchChannels.basis), Integrator::exact, n_range, row);
   return row;
 }
 
@@ -69,7 +69,7 @@ std::vector<double> dense(const RayGrid& rays, const BrickGrid<float>& grid, dou
   }
   field.extinction_per_m.resize(batch.n_segments());
   field.source.resize(batch.n_segments());
-  sample_field(grid.view(), kChannels, batch.point_m, {batch.ray_begin, batch.ray_direction},
+  sample_field(grid.view(), kMarchChannels, batch.point_m, {batch.ray_begin, batch.ray_direction},
                {field.extinction_per_m, {}, field.source});
   return pixels(batch, field, a.n_range);
 }
@@ -81,8 +81,8 @@ struct Marched {
 };
 
 Marched march(const RayGrid& rays, const BrickGrid<float>& grid, double longest_m, double along_m) {
-  const Occupancy occupancy(grid.view(), kChannels.first_source(), kChannels.first_source());
-  VolumeMarcher marcher(grid.view(), kChannels, occupancy, longest_m);
+  const Occupancy occupancy(grid.view(), kMarchChannels.first_source(), kMarchChannels.first_source());
+  VolumeMarcher marcher(grid.view(), kMarchChannels, occupancy, longest_m);
   Marched out;
   const Acquisition& a = rays.acquisition();
   const double half_m = 0.5 * a.n_range * a.range_spacing_m;
@@ -111,7 +111,7 @@ TEST_CASE("marching occupied cells alone gives what sampling the whole ray gives
       INFO("extinction up to " << most << ", seed " << seed);
       const BrickGrid<float> grid = clumps(seed, most);
       for (const double along_m : {-4.1, 0.0, 2.7}) {
-        const double longest_m = 0.02 * kVoxel_m;
+        const double longest_m = 0.02 * kMarchVoxel_m;
         const Marched marched = march(rays, grid, longest_m, along_m);
         const std::vector<double> found = pixels(marched.batch, marched.field, rays.acquisition().n_range);
         const std::vector<double> expected = dense(rays, grid, longest_m, along_m);
@@ -127,7 +127,7 @@ TEST_CASE("segments are in order, inside their bins, as short as asked, and cove
   const RayGrid rays = rays_of_view();
   const Acquisition& a = rays.acquisition();
   const BrickGrid<float> grid = clumps(5, 1.0f);
-  const double longest_m = 0.5 * kVoxel_m;
+  const double longest_m = 0.5 * kMarchVoxel_m;
   const Marched marched = march(rays, grid, longest_m, 1.3);
   const SampleBatch& batch = marched.batch;
   TrilinearSampler sampler(grid.view());
@@ -148,7 +148,7 @@ TEST_CASE("segments are in order, inside their bins, as short as asked, and cove
     }
     // Wherever there is matter there is a segment.
     const double half_m = 0.5 * a.n_range * a.range_spacing_m;
-    for (double s = -3.0 * half_m; s < half_m; s += 0.11 * kVoxel_m) {
+    for (double s = -3.0 * half_m; s < half_m; s += 0.11 * kMarchVoxel_m) {
       const glm::vec3 point(rays.point_from_aim_m(1.3, s, k));
       float value[2];
       sampler.sample({&point, 1}, value);
@@ -169,13 +169,13 @@ TEST_CASE("segments are in order, inside their bins, as short as asked, and cove
 TEST_CASE("a ray ends behind an optical depth of 20") {
   const RayGrid rays = rays_of_view();
   const BrickGrid<float> opaque = clumps(2, 2000.0f);
-  const Marched marched = march(rays, opaque, 0.5 * kVoxel_m, 0.0);
+  const Marched marched = march(rays, opaque, 0.5 * kMarchVoxel_m, 0.0);
   const auto n_ended = std::count_if(marched.depth.begin(), marched.depth.end(),
                                      [](double depth) { return depth >= kEndOfRayDepth; });
   CHECK(n_ended > 0);
   // The same matter, two million times clearer: no ray ends in it.
   const BrickGrid<float> clear = clumps(2, 1e-3f);
-  const Marched through = march(rays, clear, 0.5 * kVoxel_m, 0.0);
+  const Marched through = march(rays, clear, 0.5 * kMarchVoxel_m, 0.0);
   CHECK(marched.batch.n_segments() < through.batch.n_segments());
   for (std::size_t ray = 0; ray < marched.depth.size(); ++ray) {
     const std::uint32_t first = marched.batch.ray_begin[ray], end = marched.batch.ray_begin[ray + 1];

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <random>
 
+#include "sarnerf/core/impulse_response.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/geometry/acquisition.h"
 #include "sarnerf/nerf/training_set.h"
@@ -21,6 +22,9 @@ inline const Box& ground_scene_block() {
   }();
   return block;
 }
+
+/// Images of it may have been taken through this response.
+inline const Resolution kGroundResolution{0.8, 0.8, window_from_text("taylor:-35")};
 
 inline double ground_scene_texture(double x_m, double z_m) {
   return 0.1 * (1.0 + 0.3 * std::sin(0.9 * x_m) * std::cos(0.7 * z_m));

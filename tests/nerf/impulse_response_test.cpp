@@ -74,8 +74,6 @@ std::vector<PosedImage> small_images(int n_views, double first_turn, const std::
   return images;
 }
 
-const Resolution kGroundResolution{0.8, 0.8, window_from_text("taylor:-35")};
-
 const Box kSmallBox{glm::dvec3(-3.0, -2.0, -3.0), glm::dvec3(3.0, 2.0, 3.0)};
 
 }  // namespace

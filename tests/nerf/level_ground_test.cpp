@@ -28,8 +28,6 @@ std::shared_ptr<const LevelGround> uniform_ground(double height_m, double power)
   return ground;
 }
 
-std::vector<RowRequest> some_rows() { return {{small_acquisition(0.3), 3}, {small_acquisition(2.1), 5, 0.25, 0.75}}; }
-
 double total(const torch::Tensor& pixels) { return pixels.to(torch::kDouble).sum().item<double>(); }
 
 }  // namespace

@@ -22,8 +22,6 @@ using namespace sarnerf;
 
 namespace {
 
-const Resolution kGroundResolution{0.8, 0.8, window_from_text("taylor:-35")};
-
 /// Speckled views of the block on its ground.
 TrainingSet speckled_ground(const std::optional<Resolution>& resolution = {}) {
   return training_set(speckled_scene(12, 1.0), ground_scene_box(), {}, resolution);

@@ -16,10 +16,6 @@ using namespace sarnerf;
 
 namespace {
 
-std::vector<RowRequest> some_rows() {
-  return {{small_acquisition(0.3), 3}, {small_acquisition(2.1), 5, 0.25, 0.75}};
-}
-
 RaySampling fine_sampling(double end_depth) {
   RaySampling sampling = small_sampling();
   sampling.longest_m = 0.01;

@@ -16,15 +16,15 @@ using namespace sarnerf;
 
 namespace {
 
-constexpr int kSteps = 400;
+constexpr int kNetworkSteps = 400;
 
 /// Loss of the last steps over that of the first.
 double learn(Trainer& trainer) {
   double first = 0.0, last = 0.0;
-  for (int n = 0; n < kSteps; ++n) {
-    const double loss = trainer.step(double(n) / kSteps).loss;
+  for (int n = 0; n < kNetworkSteps; ++n) {
+    const double loss = trainer.step(double(n) / kNetworkSteps).loss;
     if (n < 20) first += loss;
-    if (n >= kSteps - 20) last += loss;
+    if (n >= kNetworkSteps - 20) last += loss;
   }
   return last / first;
 }

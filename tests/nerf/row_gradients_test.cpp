@@ -10,10 +10,6 @@ using namespace sarnerf;
 namespace {
 
 /// All pixels of two rows of two views.
-std::vector<RowRequest> some_rows() {
-  return {{small_acquisition(0.3), 3}, {small_acquisition(2.1), 5, 0.25, 0.75}};
-}
-
 double weighted_sum(const GridField& field, const std::vector<RowRequest>& rows, const RaySampling& sampling,
                     const torch::Tensor& weights) {
   const torch::NoGradGuard no_grad;

@@ -97,6 +97,10 @@ Acquisition small_acquisition(double azimuth_rad) {
   return a;
 }
 
+std::vector<RowRequest> some_rows() {
+  return {{small_acquisition(0.3), 3}, {small_acquisition(2.1), 5, 0.25, 0.75}};
+}
+
 RaySampling small_sampling() {
   RaySampling s;
   s.ray_spacing_m = 0.3;

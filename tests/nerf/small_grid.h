@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "sarnerf/nerf/grid_field.h"
 
@@ -10,6 +11,9 @@ namespace sarnerf {
 
 /// 8 × 16 pixels of half a metre, incidence 40°.
 Acquisition small_acquisition(double azimuth_rad);
+
+/// A whole row of one view, and half a row of another one.
+std::vector<RowRequest> some_rows();
 
 RaySampling small_sampling();
 

@@ -16,7 +16,7 @@ using namespace sarnerf;
 
 namespace {
 
-constexpr double kVoxel_m = 0.15, kRadius_m = 1.1;
+constexpr double kBallVoxel_m = 0.15, kRadius_m = 1.1;
 
 glm::dvec3 point_of(const SurfaceField& field, std::size_t v) {
   return field.transform().world_from_index(glm::dvec3(field.topology().voxel(v)));
@@ -36,7 +36,7 @@ SurfaceField sphere_field(double sharpness_per_m, double band_m = 1.0) {
   for (int x = -3; x < 3; ++x)
     for (int y = -3; y < 3; ++y)
       for (int z = -3; z < 3; ++z) topology.insert({x, y, z});
-  SurfaceField field({glm::dvec3(0.0), kVoxel_m}, std::move(topology), 1.2, band_m);
+  SurfaceField field({glm::dvec3(0.0), kBallVoxel_m}, std::move(topology), 1.2, band_m);
   set_distance(field, sphere);
   field.set_sharpness(sharpness_per_m);
   field.refresh();
@@ -54,7 +54,7 @@ Acquisition view_from(double azimuth_rad) {
   return a;
 }
 
-std::vector<RowRequest> some_rows() {
+std::vector<RowRequest> rows_of_views() {
   std::vector<RowRequest> rows;
   for (int v = 0; v < 3; ++v)
     for (int i = 1; i < 9; i += 2) rows.push_back({view_from(0.4 + 2.0 * v), i, 0.3, 0.6});
@@ -91,7 +91,7 @@ TEST_CASE("gradients of a surface are those of central differences, from 1 to 1e
       field.log_bounce.normal_(0.3, 0.3);
       field.exponent.fill_(1.4);
     }
-    const std::vector<RowRequest> rows = some_rows();
+    const std::vector<RowRequest> rows = rows_of_views();
     const torch::Tensor pixels = field.render_rows(rows, fine_sampling(field));
     const torch::Tensor weight = torch::sin(torch::arange(pixels.numel()) * 0.7) + 1.2;
     (pixels * weight).sum().backward();
@@ -140,7 +140,7 @@ TEST_CASE("gradients of a surface are those of central differences, from 1 to 1e
 
 TEST_CASE("gradients of the directional brightness are those of central differences, and the shape gets none") {
   SurfaceField field = sphere_field(30.0);
-  const std::vector<RowRequest> rows = some_rows();
+  const std::vector<RowRequest> rows = rows_of_views();
   const torch::Tensor before = field.render_rows(rows, fine_sampling(field)).detach();
   field.start_directional();
   CHECK(field.parameters().size() == 1);
@@ -196,10 +196,10 @@ TEST_CASE("a sphere returns the power of its disc") {
 TEST_CASE("a surface survives extreme sharpness, plates of a voxel and empty space") {
   for (const double sharpness : {1e-3, 1e4, 1e9}) {
     SurfaceField field = sphere_field(sharpness);
-    for (const double thick_m : {0.5 * kVoxel_m, 1e-6, -1.0}) {
+    for (const double thick_m : {0.5 * kBallVoxel_m, 1e-6, -1.0}) {
       set_distance(field, [&](const glm::dvec3& p) { return std::abs(p.y) - 0.5 * thick_m; });
       field.refresh();
-      const torch::Tensor pixels = field.render_rows(some_rows(), fine_sampling(field));
+      const torch::Tensor pixels = field.render_rows(rows_of_views(), fine_sampling(field));
       CHECK(pixels.isfinite().all().item<bool>());
       CHECK((pixels >= 0.0).all().item<bool>());
       pixels.sum().backward();

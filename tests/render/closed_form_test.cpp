@@ -17,11 +17,6 @@ std::string at(double pitch_deg, double altitude_m) {
   return "pitch " + std::to_string(pitch_deg) + " altitude " + std::to_string(altitude_m);
 }
 
-Image<float> render(const Scene& scene, const Acquisition& view, Sampling sampling = {}) {
-  const SurfaceEngine engine(scene);
-  return engine.render(engine.plan(view, sampling)).beta0;
-}
-
 /// First and last bin of row i that holds anything, as range offsets of their outer borders (m).
 std::pair<double, double> occupied_m(const Image<float>& image, const Acquisition& view, int i) {
   int first = -1, last = -1;

@@ -11,17 +11,6 @@ using namespace sarnerf::test;
 
 namespace {
 
-Material checkered(double period_m = 1.0) {
-  Material m = matte(2.0);
-  m.texture = {Texture::Kind::checker, period_m, 0.25, {}};
-  return m;
-}
-
-Image<float> render(const Scene& scene, const Acquisition& view) {
-  const SurfaceEngine engine(scene);
-  return engine.render(engine.plan(view, {})).beta0;
-}
-
 Scene village(double turn_rad, double s) {
   Scene scene = empty_scene(checkered(s));
   scene.materials.push_back(fog(0.3 / s, 0.1 / s));

@@ -7,11 +7,6 @@ using namespace sarnerf::test;
 
 namespace {
 
-Image<float> render(const Scene& scene, const Acquisition& view, Sampling sampling = {}) {
-  const SurfaceEngine engine(scene);
-  return engine.render(engine.plan(view, sampling)).beta0;
-}
-
 /// Sum over bins of β⁰ Δr, in the row through the middle: what the rays of one row collect.
 double collected(const Image<float>& image, const Acquisition& view) {
   double total = 0.0;

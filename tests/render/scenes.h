@@ -29,6 +29,13 @@ inline Material fog(double extinction_per_m, double scattering_per_m) {
   return m;
 }
 
+/// Squares of three quarters and of five quarters of the mean.
+inline Material checkered(double period_m) {
+  Material m = matte(2.0);
+  m.texture = {Texture::Kind::checker, period_m, 0.25, {}};
+  return m;
+}
+
 inline Scene empty_scene(Material material) {
   Scene scene;
   scene.materials = {std::move(material)};
@@ -106,6 +113,12 @@ inline double sum(const Image<float>& image) {
   double total = 0.0;
   for (const float p : image.pixels()) total += p;
   return total;
+}
+
+/// The image of a view by the surface engine.
+inline Image<float> render(const Scene& scene, const Acquisition& view, Sampling sampling = {}) {
+  const SurfaceEngine engine(scene);
+  return engine.render(engine.plan(view, sampling)).beta0;
 }
 
 }  // namespace sarnerf::test

@@ -54,12 +54,6 @@ double offset_m(const Acquisition& view, double y, double z) {
   return project(view, radar_frame(view), {0.0, y, z}).range_offset_m;
 }
 
-Material checkered(double period_m) {
-  Material m = matte(2.0);
-  m.texture = {Texture::Kind::checker, period_m, 0.25, {}};
-  return m;
-}
-
 /// The engine with 8 times its automatic rays and the reference's slices.
 Image<float> dense(const Scene& scene, const Acquisition& view, int n_slices) {
   const SurfaceEngine engine(scene);

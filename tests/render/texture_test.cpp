@@ -9,7 +9,7 @@ using namespace sarnerf::test;
 
 namespace {
 
-Material checkered(double period_m) {
+Material black_and_white(double period_m) {
   Material material = matte(1.0);
   if (period_m == 0.0) return material;
   material.texture.kind = Texture::Kind::checker;
@@ -28,7 +28,7 @@ double power(const Scene& scene, double turn_deg) {
 
 /// A block so long that single precision stops short of the finest squares, and the ground around it.
 Scene block(double period_m, bool ground) {
-  Scene scene = empty_scene(checkered(period_m));
+  Scene scene = empty_scene(black_and_white(period_m));
   add_box(scene, {20.0, 10.0, 20.0});
   if (ground) scene.ground = Ground{0, 0.0};
   return scene;
@@ -58,7 +58,7 @@ TEST_CASE("squares that single precision holds are drawn, finer ones are left ou
 }
 
 TEST_CASE("a ground of squares that hardly differ is the uniform ground, also beside a mesh at the border of the swath", "[texture]") {
-  Material squares = checkered(1.0);
+  Material squares = black_and_white(1.0);
   squares.texture.contrast = 1e-6;
   Acquisition view = view_of(45.0, 1e4, 16, 64);
   const glm::dvec3 away = glm::normalize(glm::dvec3(radar_frame(view).k.x, 0.0, radar_frame(view).k.z));

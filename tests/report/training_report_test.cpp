@@ -13,7 +13,7 @@ using namespace sarnerf;
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kInfinite_dB = std::numeric_limits<double>::infinity();
 
 template <class Block>
 std::vector<Block> blocks_of(const Page& page) {
@@ -107,13 +107,13 @@ TEST_CASE(
 TEST_CASE("a model that interpolation beats is warned of, one beyond it is not") {
   TrainingReport report = example_report();
   CHECK_FALSE(holds(notices_of(report), "no better than"));
-  for (const double psnr_db : {39.9, 30.0, -kInfinity}) {
+  for (const double psnr_db : {39.9, 30.0, -kInfinite_dB}) {
     report.model->mean.psnr_power_db = psnr_db;
     CHECK(holds(notices_of(report), "no better than “rotate, then linear”"));
   }
-  report.model->mean.psnr_power_db = kInfinity;
+  report.model->mean.psnr_power_db = kInfinite_dB;
   CHECK_FALSE(holds(notices_of(report), "no better than"));
-  report.baselines[0].mean.psnr_power_db = kInfinity;
+  report.baselines[0].mean.psnr_power_db = kInfinite_dB;
   CHECK(holds(notices_of(report), "no better than “nearest view”"));
 }
 
@@ -129,7 +129,7 @@ TEST_CASE(
   CHECK(holds(table.caption, "peak 1.25"));
 
   report.model->mean.lpips = 0.0123;
-  report.baselines[1].mean.psnr_power_db = kInfinity;
+  report.baselines[1].mean.psnr_power_db = kInfinite_dB;
   table = blocks_of<PageTable>(training_report(report)).at(0);
   CHECK(table.columns.back().heading == "LPIPS");
   CHECK(table.rows[0].back() == "0.0123");
@@ -153,7 +153,7 @@ TEST_CASE("every held-out view has its row beside the best baseline's, folded") 
 TEST_CASE(
     "the curve is drawn as it is, the baselines across its whole width in their own colours") {
   TrainingReport report = example_report();
-  report.curves[0].points.push_back({1e3, kInfinity});
+  report.curves[0].points.push_back({1e3, kInfinite_dB});
   report.curves.push_back({"mlp", {{5.0, 20.0}, {100.0, 41.0}}, false});
   const Plot plot = blocks_of<PagePlot>(training_report(report)).at(0).plot;
   const PlotSeries& curve = series_of(plot, "grid");
@@ -195,7 +195,7 @@ TEST_CASE("views of one azimuth and several incidences: means, bars, and a plot 
          incidences[2].y_low == 70.0 && incidences[2].y_high == 80.0));
 
   // Infinite and missing scores are told and left out.
-  report.model->per_view[0].psnr_power_db = kInfinity;
+  report.model->per_view[0].psnr_power_db = kInfinite_dB;
   report.model->per_view[1].psnr_power_db = {};
   plots = blocks_of<PagePlot>(training_report(report));
   CHECK(holds(plots[0].caption, "1 view of infinite PSNR"));
