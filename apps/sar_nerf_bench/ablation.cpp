@@ -450,7 +450,7 @@ void run_ablation(int argc, char** argv, app::Console& console) {
   for (const Cell& c : cells) done.insert({c.set, c.rule, c.seed});
 
   struct Missing {
-    std::size_t material;
+    std::size_t data_set;
     const Rule* rule;
     int seed;
   };
@@ -475,14 +475,14 @@ void run_ablation(int argc, char** argv, app::Console& console) {
     }
   if (o.dry_run) {
     for (const Missing& c : missing)
-      app::print_result(data_sets[c.material].name + " " + (c.rule ? c.rule->name : kAll) + " " + std::to_string(c.seed) + "\n");
+      app::print_result(data_sets[c.data_set].name + " " + (c.rule ? c.rule->name : kAll) + " " + std::to_string(c.seed) + "\n");
     return;
   }
   std::ofstream out(file, std::ios::app);
   if (ends_within_a_line(file)) out << '\n';
   for (std::size_t n = 0; n < missing.size(); ++n) {
     const Missing& c = missing[n];
-    const Cell cell = learn(data_sets[c.material], bases[c.material].method, c.rule, c.seed, o.n_steps, monitor);
+    const Cell cell = learn(data_sets[c.data_set], bases[c.data_set].method, c.rule, c.seed, o.n_steps, monitor);
     out << json_of(cell).dump() << std::endl;
     if (!out) throw Error(file.string() + " could not be written; is the disk full?");
     cells.push_back(cell);

@@ -15,10 +15,8 @@ namespace {
 
 /// A view of minutes.
 std::vector<std::string> slow(const std::vector<std::string>& more) {
-  std::vector<std::string> all = {"box.obj",    "--pitch", "45",           "--size", "2000x2000", "--spacing",
-                                  "0.01", "--sub-rows", "64", "--elevations", "20000"};
-  all.insert(all.end(), more.begin(), more.end());
-  return all;
+  return with({"box.obj", "--pitch", "45", "--size", "2000x2000", "--spacing", "0.01", "--sub-rows", "64", "--elevations", "20000"},
+              more);
 }
 
 /// Runs `first` until it has locked its output, then `second` beside it, then ends the first one by `signal`.

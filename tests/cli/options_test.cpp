@@ -60,11 +60,7 @@ TEST_CASE("units, scale and up axis place the mesh") {
   const std::vector<std::string> common = {"--pitch", "40", "--size", "32x48", "-q", "-o"};
   const auto render = [&](const std::string& mesh, const std::string& name,
                           const std::vector<std::string>& more) {
-    std::vector<std::string> all = {mesh};
-    all.insert(all.end(), common.begin(), common.end());
-    all.push_back(name);
-    all.insert(all.end(), more.begin(), more.end());
-    const Outcome outcome = folder.run(all);
+    const Outcome outcome = folder.run(with(with(with({mesh}, common), {name}), more));
     INFO(outcome.err);
     CHECK(outcome.code == 0);
     return read_text(folder / (name + ".tif"));
@@ -82,9 +78,7 @@ TEST_CASE("units, scale and up axis place the mesh") {
 TEST_CASE("calibration and quantity follow from power in beta0") {
   const SceneFolder folder;
   const auto render = [&](const char* name, const std::vector<std::string>& more) {
-    std::vector<std::string> all = {"box.obj", "--pitch", "35", "--size", "32x48", "-q", "-o", name};
-    all.insert(all.end(), more.begin(), more.end());
-    CHECK(folder.run(all).code == 0);
+    CHECK(folder.run(with({"box.obj", "--pitch", "35", "--size", "32x48", "-q", "-o", name}, more)).code == 0);
     return read_image(folder / (std::string(name) + ".tif"));
   };
   const auto beta0 = render("a", {}), sigma0 = render("b", {"--calibration", "sigma0"}),
@@ -160,9 +154,7 @@ TEST_CASE("outputs never replace what was read, however indirectly") {
 TEST_CASE("what makes no sense is refused as such, in one line") {
   const SceneFolder folder;
   const auto refuses = [&](const std::vector<std::string>& more, int code, const std::string& piece) {
-    std::vector<std::string> all = {"box.obj", "--pitch", "45", "-q"};
-    all.insert(all.end(), more.begin(), more.end());
-    const Outcome outcome = folder.run(all);
+    const Outcome outcome = folder.run(with({"box.obj", "--pitch", "45", "-q"}, more));
     INFO(piece << ": " << outcome.err);
     CHECK(outcome.code == code);
     CHECK(is_error_line(outcome.err, piece));

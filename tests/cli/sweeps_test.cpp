@@ -13,10 +13,7 @@ using namespace sarnerf;
 namespace {
 
 std::vector<std::string> sweep(const std::string& output, const std::vector<std::string>& more = {}) {
-  std::vector<std::string> all = {"box.obj", "--pitch",   "35,50", "--azimuth", "0:330:30", "--size",
-                                  "24x32",   "--spacing", "0.5",   "-o",        output};
-  all.insert(all.end(), more.begin(), more.end());
-  return all;
+  return with({"box.obj", "--pitch", "35,50", "--azimuth", "0:330:30", "--size", "24x32", "--spacing", "0.5", "-o", output}, more);
 }
 
 }  // namespace

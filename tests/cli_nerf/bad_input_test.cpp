@@ -117,7 +117,7 @@ TEST_CASE("one damaged pixel changes neither the peak nor what is learned") {
     INFO(outcome.err);
     REQUIRE(outcome.code == 0);
     CHECK((outcome.err.find("images/5.tif: pixel 3, 4") != std::string::npos) == warned);
-    const OrderedJson report = OrderedJson::parse(read_text(scene / run / "report.json"));
+    const nlohmann::json report = json_of(scene / run / "report.json");
     return report["evaluation"]["model"]["mean"]["psnr_power_db"].get<double>();
   };
   const double good_db = db("good", false);
@@ -146,7 +146,7 @@ TEST_CASE("images of any scale are learned from alike") {
     const Outcome outcome = scene.train({"data", "-o", run, "--steps", "60", "--against", "test"});
     INFO(outcome.err);
     REQUIRE(outcome.code == 0);
-    const OrderedJson report = OrderedJson::parse(read_text(scene / run / "report.json"));
+    const nlohmann::json report = json_of(scene / run / "report.json");
     return report["evaluation"]["model"]["mean"]["psnr_power_db"].get<double>();
   };
   const double usual_db = db("usual", 1.0f);

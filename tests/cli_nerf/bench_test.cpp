@@ -25,7 +25,7 @@ TEST_CASE("sar_nerf_bench writes curve and tables of every contestant") {
                                      "2", "--views", "3", "-o", "study/"});
   INFO(study.err);
   REQUIRE(study.code == 0);
-  const Json result = Json::parse(read_text(scene / "study/learning.json"));
+  const Json result = json_of(scene / "study/learning.json");
   CHECK(result.at("environment").at("loading_s").get<double>() > 0.0);
   CHECK(result.at("training_views") == 6);
   CHECK(result.at("baselines").size() >= 3);

@@ -19,7 +19,7 @@ TEST_CASE("sar_bench extraction closes the loop and draws what came of it") {
   const Outcome made = study({"--views", "4x2", "--time", "8s", "--seeds", "2", "-o", "study"});
   INFO(made.err);
   REQUIRE(made.code == 0);
-  const Json runs = Json::parse(read_text(folder / "study/extraction.json")).at("runs");
+  const Json runs = json_of(folder / "study/extraction.json").at("runs");
   REQUIRE(runs.size() == 2);
   for (int n = 0; n < 2; ++n) {
     const Json& run = runs[static_cast<std::size_t>(n)];
@@ -34,7 +34,7 @@ TEST_CASE("sar_bench extraction closes the loop and draws what came of it") {
     CHECK(run.at("training_s").get<double>() > 0.0);
     CHECK(run.at("extraction_s").get<double>() > 0.0);
   }
-  const Json data = Json::parse(read_text(folder / "study/cube.4x2/dataset.json")).at("views");
+  const Json data = json_of(folder / "study/cube.4x2/dataset.json").at("views");
   REQUIRE(data.size() == 8);
   CHECK(data.front().at("incidence_deg") == 35.0);
   CHECK(data.back().at("incidence_deg") == 55.0);
@@ -49,7 +49,7 @@ TEST_CASE("sar_bench extraction closes the loop and draws what came of it") {
   const Outcome beside = study({"--views", "4x2", "--time", "4s", "--field", "grid", "--beside", "study/extraction.json", "-o", "both"});
   INFO(beside.err);
   REQUIRE(beside.code == 0);
-  CHECK(Json::parse(read_text(folder / "both/extraction.json")).at("runs").size() == 3);
+  CHECK(json_of(folder / "both/extraction.json").at("runs").size() == 3);
   CHECK(read_text(folder / "both/extraction-cube-difference-seconds.svg").find("surface, 8 views") != std::string::npos);
 
   const auto refused = [&](int code, const std::string& piece, const std::vector<std::string>& arguments) {

@@ -52,7 +52,7 @@ class ThreeClasses : public ScratchFolder {
     return run_program(SAR_FEWSHOT, all, path(), signal);
   }
 
-  Json json(const std::string& file) const { return Json::parse(read_text(path() / file)); }
+  Json json(const std::string& file) const { return json_of(path() / file); }
 
   /// Replaces a piece of a text file.
   void edit(const std::string& file, const std::string& piece, const std::string& instead) const {

@@ -219,7 +219,7 @@ TEST_CASE("a model is compared with the views that it has not seen") {
   CHECK(compared.out.find("12 views of test") != std::string::npos);
   CHECK(compared.out.find("| nearest view") != std::string::npos);
   CHECK(compared.out.find("no LPIPS: no weights") != std::string::npos);
-  const Json scores = Json::parse(read_text(scene / "scores/evaluation.json"));
+  const Json scores = json_of(scene / "scores/evaluation.json");
   CHECK(scores.at("views").size() == 12);
   CHECK(scores.at("model").at("views").size() == 12);
   CHECK(scores.contains("margin_db"));
@@ -248,7 +248,7 @@ TEST_CASE("a model is compared with despeckled views, true neighbours beside it"
   REQUIRE(compared.code == 0);
   CHECK(compared.out.find("6 despeckled views") != std::string::npos);
   CHECK(compared.out.find("| true neighbours, blurred by 1") != std::string::npos);
-  const Json scores = Json::parse(read_text(scene / "scores/evaluation.json"));
+  const Json scores = json_of(scene / "scores/evaluation.json");
   CHECK(scores.at("views").size() == 12);
   CHECK_FALSE(scores.contains("bounds"));
   const Json& averaged = scores.at("despeckled");

@@ -29,7 +29,7 @@ TEST_CASE("a run folder holds a model, its history and its reports") {
   CHECK(model.info.reference_bin_m == 0.3);
   CHECK(model.info.dataset_sha256.size() == 64);
 
-  const Json report = Json::parse(read_text(scene / "run/report.json"));
+  const Json report = json_of(scene / "run/report.json");
   CHECK(report.at("steps") == 60);
   CHECK(report.at("evaluation").at("views").size() == 12);
   CHECK(report.at("evaluation").at("model").at("views").size() == 12);
@@ -76,7 +76,7 @@ TEST_CASE("a run's configuration holds what the scene and its comparison were to
   CHECK(sarnerf::read_model(scene / "run/model.pt").info.scene_box_m.min.y == -1.25);
   REQUIRE(scene.train({"--config", "run/config.toml", "-o", "again"}).code == 0);
   CHECK(read_text(scene / "again/config.toml") == config);
-  const auto scores = [&](const char* run) { return Json::parse(read_text(scene / run / "report.json")).at("despeckled"); };
+  const auto scores = [&](const char* run) { return json_of(scene / run / "report.json").at("despeckled"); };
   CHECK(scores("run").at("model") == scores("again").at("model"));
 
   const Outcome high = scene.train({"data", "-o", "high", "--ground-height", "500"});
@@ -129,7 +129,7 @@ TEST_CASE("training learns: held-out views come closer than they began") {
     losses.push_back(Json::parse(text).at("loss").get<double>());
   REQUIRE(losses.size() >= 20);
   CHECK(losses.back() < 0.5 * losses.front());
-  const Json report = Json::parse(read_text(scene / "run/report.json"));
+  const Json report = json_of(scene / "run/report.json");
   CHECK(report.at("dataset").at("training_views") == 20);
   CHECK(report.at("evaluation").at("views").size() == 4);
   // A blank prediction of these sparse images would have less.
@@ -249,7 +249,7 @@ TEST_CASE("a trial chooses the field, and a run keeps it") {
   INFO(made.err);
   REQUIRE(made.code == 0);
   CHECK(made.err.find("held out from a trial of 400 steps") != std::string::npos);
-  const auto json = [&](const char* name) { return Json::parse(read_text(scene / name)); };
+  const auto json = [&](const char* name) { return json_of(scene / name); };
   const Json trial = json("run/trial.json"), report = json("run/report.json");
   const std::string field = trial["field"];
   REQUIRE(trial["trials"].size() == 2);
@@ -273,7 +273,7 @@ TEST_CASE("a trial chooses the field, and a run keeps it") {
 TEST_CASE("with patience, training ends when held-out views come no closer") {
   const SmallScene scene(24);
   const auto steps_of = [&](const std::string& run) {
-    return Json::parse(read_text(scene / run / "report.json")).at("steps").get<int>();
+    return json_of(scene / run / "report.json").at("steps").get<int>();
   };
   const std::vector<std::string> options{"data", "--steps", "200", "--holdout", "3", "-q"};
   auto with = [&](std::vector<std::string> more) {

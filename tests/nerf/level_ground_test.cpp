@@ -142,7 +142,7 @@ TEST_CASE("of chips of one object what is bright or dark away from it is ground"
   const RadarPoint top = project(a, radar_frame(a), {0.0, 3.0, 0.0});
   CHECK(one.ground->mask[0](static_cast<int>(a.row_of(top.along_track_m)), static_cast<int>(a.bin_of(top.range_offset_m))) == 0);
   CHECK(n_voxels(one) < n_voxels(any));
-  CHECK(n_voxels(one) > 4 * 3 * 3 / 0.125);
+  CHECK(static_cast<double>(n_voxels(one)) > 4 * 3 * 3 / 0.125);
 }
 
 TEST_CASE("the ground under speckle has the mean of its clean image") {

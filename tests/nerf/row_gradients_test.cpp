@@ -9,7 +9,6 @@ using namespace sarnerf;
 
 namespace {
 
-/// All pixels of two rows of two views.
 double weighted_sum(const GridField& field, const std::vector<RowRequest>& rows, const RaySampling& sampling,
                     const torch::Tensor& weights) {
   const torch::NoGradGuard no_grad;

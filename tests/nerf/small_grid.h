@@ -12,7 +12,7 @@ namespace sarnerf {
 /// 8 × 16 pixels of half a metre, incidence 40°.
 Acquisition small_acquisition(double azimuth_rad);
 
-/// A whole row of one view, and half a row of another one.
+/// A row of each of two views; the rays of the second one are shifted within their spacing.
 std::vector<RowRequest> some_rows();
 
 RaySampling small_sampling();
