@@ -12,7 +12,7 @@
 
 TEST_CASE("sar_bench names the study that it does not know") {
   const SceneFolder folder;
-  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Conditions here{folder.path()};
   const Outcome unknown = sar_bench({"nope"}, here), near = sar_bench({"sped"}, here), none = sar_bench({}, here);
   CHECK(unknown.code == 2);
   CHECK(has(unknown.err, "expected a study (speed, accuracy, voxel, extraction, learning, scenes, page, curves, strip, extents, ablation), found 'nope'"));
@@ -25,12 +25,12 @@ TEST_CASE("sar_bench names the study that it does not know") {
 
 TEST_CASE("sar_bench: help without inner names of types, a full stdout is a failure") {
   const SceneFolder folder;
-  const Outcome help = sar_bench({"speed", "--help"}, {folder.path(), 0, {}, {}, {}});
+  const Outcome help = sar_bench({"speed", "--help"}, {folder.path()});
   CHECK(help.code == 0);
   CHECK(has(help.out, "--rounds"));
   CHECK_FALSE(has(help.out, "POSITIVE"));
   CHECK_FALSE(has(help.out, "INT"));
-  const Outcome full = sar_bench({"speed", "--help"}, {folder.path(), 0, "/dev/full", {}, {}});
+  const Outcome full = sar_bench({"speed", "--help"}, {.folder = folder.path(), .out = "/dev/full"});
   CHECK(full.code == 1);
   CHECK(has(full.err, "stdout"));
 }
@@ -38,7 +38,7 @@ TEST_CASE("sar_bench: help without inner names of types, a full stdout is a fail
 TEST_CASE("sar_bench does not replace what it measures, and says so before it measures") {
   const SceneFolder folder;
   const auto before = folder.contents();
-  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Conditions here{folder.path()};
   const Outcome outcome = sar_bench({"accuracy", "box.obj", "--json", "box.obj"}, here);
   CHECK(outcome.code == 2);
   CHECK(has(outcome.err, "would replace"));
@@ -50,7 +50,7 @@ TEST_CASE("sar_bench does not replace what it measures, and says so before it me
 TEST_CASE("sar_bench --dry-run says what it would measure, and measures nothing") {
   const SceneFolder folder;
   const auto before = folder.contents();
-  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Conditions here{folder.path()};
   const Outcome speed = sar_bench({"speed", "box.obj", "--dry-run", "--json", "r.json", "--rounds", "7"}, here);
   CHECK(speed.code == 0);
   for (const char* piece : {"plan\n", "study      speed", "scene      box.obj", "7 of each contender", "360-view sweeps", "output     r.json"})
@@ -70,7 +70,7 @@ TEST_CASE("sar_bench --dry-run says what it would measure, and measures nothing"
 
 TEST_CASE("sar_bench scenes: a folder for each seed, the same bytes again, other scenes refused") {
   const SceneFolder folder;
-  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Conditions here{folder.path()};
   const std::vector<std::string> two = {"scenes", "--seed", "101,103", "-o", "out"};
   const Outcome first = sar_bench(two, here);
   INFO(first.err);
@@ -98,7 +98,7 @@ TEST_CASE("sar_bench scenes: a folder for each seed, the same bytes again, other
 TEST_CASE("sar_bench scenes --dry-run writes nothing; seeds that are none, and places that are no folder, are refused") {
   const SceneFolder folder;
   const auto before = folder.contents();
-  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Conditions here{folder.path()};
   const Outcome plan = sar_bench({"scenes", "--seed", "101:104", "-o", "out", "--dry-run"}, here);
   CHECK(plan.code == 0);
   CHECK(has(plan.out, "scene      104_free_form: "));
@@ -117,7 +117,7 @@ TEST_CASE("sar_bench scenes --dry-run writes nothing; seeds that are none, and p
 
 TEST_CASE("sar_bench strip puts views of datasets side by side, and page makes one file of Markdown and its pictures") {
   const SceneFolder folder;
-  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Conditions here{folder.path()};
   for (const char* name : {"a", "b"})
     REQUIRE(sar_render({"box.obj", "--pitch", "45", "--size", "16x24", "--azimuth", "0:40:40", "-o", name, "-q"}, here).code == 0);
   REQUIRE(sar_render({"box.obj", "--pitch", "45", "--size", "16x24", "--azimuth", "40:80:40", "-o", "one", "-q"}, here).code == 0);
@@ -166,7 +166,7 @@ TEST_CASE("sar_bench strip puts views of datasets side by side, and page makes o
 
 TEST_CASE("sar_bench extents measures wall, roof and shadow of a box along the middle row") {
   const SceneFolder folder;
-  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Conditions here{folder.path()};
   for (const char* name : {"a", "b"})
     REQUIRE(sar_render({"box.obj", "--pitch", "45", "--size", "32x256", "--spacing", "0.05", "--azimuth", "0,180", "--slant-range", "1e6", "--ground",
                         "grass", "--layers", "wall,roof,mask", "-o", name, "-q"}, here).code == 0);
@@ -192,7 +192,7 @@ TEST_CASE("sar_bench extents measures wall, roof and shadow of a box along the m
 
 TEST_CASE("sar_bench curves prints the mean of runs after halves of the longest time") {
   const SceneFolder folder;
-  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Conditions here{folder.path()};
   const auto write = [&](const char* run, const std::string& text) {
     std::filesystem::create_directories(folder.path() / run);
     sarnerf::write_file_atomically(folder.path() / run / "metrics.jsonl", text);

@@ -14,7 +14,7 @@
 class ChipFolder : public ScratchFolder {
  public:
   Outcome run(const std::vector<std::string>& arguments) const {
-    return sar_import(arguments, {path(), 0, {}, {}, {}});
+    return sar_import(arguments, {path()});
   }
 
   static sarnerf::PhoenixChip chip(double azimuth_deg, double depression_deg = 17.0) {
@@ -49,16 +49,8 @@ class ChipFolder : public ScratchFolder {
     write(name, sarnerf::encode_tiff(sarnerf::Image<float>(12, 10, value)));
   }
 
-  /// Names and contents of all files below, but for reports, which hold times.
-  std::map<std::string, std::string> contents(const std::filesystem::path& below) const {
-    std::map<std::string, std::string> files;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(path() / below)) {
-      const std::string name = entry.path().lexically_relative(path() / below).string();
-      if (entry.is_regular_file() && !name.ends_with(".report.json"))
-        files[name] = read_text(entry.path());
-    }
-    return files;
-  }
+  /// Names and contents of all files below.
+  std::map<std::string, std::string> contents(const std::filesystem::path& below) const { return contents_of(*this / below); }
 };
 
 /// Whether the last line is an error of sar_import that holds the piece.
@@ -67,5 +59,5 @@ inline bool is_import_error(const Outcome& outcome, const std::string& piece) {
   if (text.empty() || text.back() != '\n') return false;
   const std::size_t before = text.rfind('\n', text.size() - 2);
   const std::string last = text.substr(before == std::string::npos ? 0 : before + 1);
-  return last.starts_with("sar_import: error: ") && last.find(piece) != std::string::npos;
+  return last.starts_with("sar_import: error: ") && has(last, piece);
 }

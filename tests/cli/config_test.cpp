@@ -36,7 +36,7 @@ TEST_CASE("what a configuration file may say") {
     const Outcome outcome = with_config(folder, text);
     INFO(text << outcome.err << outcome.out);
     CHECK(outcome.code == 0);
-    CHECK(outcome.out.find(piece) != std::string::npos);
+    CHECK(has(outcome.out, piece));
   }
   write_text(folder / "all.toml", "scene = \"box.obj\"\npitch = 45\nquiet = true\n");
   CHECK(folder.run({"--config", "all.toml"}).code == 0);
@@ -83,7 +83,7 @@ TEST_CASE("names of thousands of parts are refused before they fill the stack") 
   for (const std::string& text : {name + "a = 1\n", "[" + name + "a]\n"}) {
     const Outcome outcome = with_config(folder, text);
     CHECK(outcome.code == 3);
-    CHECK(outcome.err.find("c.toml: expected a few lines") != std::string::npos);
+    CHECK(has(outcome.err, "c.toml: expected a few lines"));
   }
 }
 

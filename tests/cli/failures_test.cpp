@@ -64,7 +64,7 @@ TEST_CASE("usage errors: exit code 2, one line, nothing written") {
     INFO(arguments.size() << " arguments, last: " << (arguments.empty() ? "" : arguments.back()));
     INFO(outcome.err);
     CHECK(outcome.code == 2);
-    CHECK(outcome.err.find(piece) != std::string::npos);
+    CHECK(has(outcome.err, piece));
     CHECK(is_error_line(outcome.err.substr(outcome.err.find("sar_render: error: ")), piece));
     CHECK(outcome.out.empty());
   }
@@ -124,7 +124,7 @@ TEST_CASE("pixels beyond the finite numbers: exit code 4") {
   const Outcome outcome = folder.run({"box.obj", "--pitch", "45", "--materials", "bright.json"});
   INFO(outcome.err);
   CHECK(outcome.code == 4);
-  CHECK(outcome.err.find("not finite") != std::string::npos);
+  CHECK(has(outcome.err, "not finite"));
   CHECK_FALSE(std::filesystem::exists(folder / "box_sar.tif"));
 }
 
@@ -149,7 +149,7 @@ TEST_CASE("a disk that fills up: exit code 1, nothing half-written") {
   const SceneFolder folder;
   const auto before = folder.contents();
   const Outcome single = sar_render({"box.obj", "--pitch", "45", "--size", "64x64", "-q"},
-                                    {folder.path(), 10000, {}, {}, {}});
+                                    {.folder = folder.path(), .max_file_bytes = 10000});
   INFO(single.err);
   CHECK(single.code == 1);
   CHECK(is_error_line(single.err, "box_sar.tif"));
@@ -157,7 +157,7 @@ TEST_CASE("a disk that fills up: exit code 1, nothing half-written") {
 
   const Outcome sweep =
       sar_render({"box.obj", "--pitch", "45", "--azimuth", "0:90:10", "--size", "64x64", "-q", "-o", "s"},
-                 {folder.path(), 10000, {}, {}, {}});
+                 {.folder = folder.path(), .max_file_bytes = 10000});
   CHECK(sweep.code == 1);
   CHECK(is_error_line(sweep.err, ".tif"));
   CHECK(folder.contents("s").size() == 2);  // the recipe and its checksum, with which the same command continues
@@ -172,9 +172,9 @@ TEST_CASE("a full stdout is a failure") {
   const SceneFolder folder;
   for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"--help"}, {"box.obj", "--pitch", "45"}}) {
-    const Outcome outcome = sar_render(arguments, {folder.path(), 0, "/dev/full", {}, {}});
+    const Outcome outcome = sar_render(arguments, {.folder = folder.path(), .out = "/dev/full"});
     CHECK(outcome.code == 1);
-    CHECK(outcome.err.find("stdout") != std::string::npos);
+    CHECK(has(outcome.err, "stdout"));
   }
 }
 
@@ -190,12 +190,12 @@ TEST_CASE("more memory than allowed: exit code 2, saying what would fit") {
   INFO(rays.err);
   CHECK(rays.code == 2);
   CHECK(is_error_line(rays.err, "--max-memory"));
-  CHECK(rays.err.find("fewer --elevations") != std::string::npos);
+  CHECK(has(rays.err, "fewer --elevations"));
   const Outcome alone = folder.run({"box.obj", "--pitch", "45", "--size", "64x64", "--elevations",
                                     "100000000", "--max-memory", "1G", "-q", "--threads", "1"});
   CHECK(is_error_line(alone.err, "on 1 thread needs"));
-  CHECK(alone.err.find("fewer --threads") == std::string::npos);
-  CHECK(alone.err.find("or --threads") == std::string::npos);
+  CHECK_FALSE(has(alone.err, "fewer --threads"));
+  CHECK_FALSE(has(alone.err, "or --threads"));
   const Outcome program = folder.run({"box.obj", "--pitch", "45", "--max-memory", "1M", "-q"});
   CHECK(program.code == 2);
   CHECK(is_error_line(program.err, "--max-memory"));
@@ -213,8 +213,8 @@ TEST_CASE("what the machine does not have is refused before the work, without --
     const Outcome cube = folder.run({"mm.obj", "--pitch", "45", more});
     INFO(cube.err);
     CHECK(cube.code == 2);
-    CHECK(cube.err.find("the scene measures 10 km") != std::string::npos);
-    CHECK(cube.err.find("--units mm") != std::string::npos);
+    CHECK(has(cube.err, "the scene measures 10 km"));
+    CHECK(has(cube.err, "--units mm"));
   }
   CHECK(folder.run({"mm.obj", "--pitch", "45", "--max-memory", "none", "-q"}).code == 2);
   CHECK(folder.run({"mm.obj", "--pitch", "45", "--units", "mm", "--dry-run"}).code == 0);
@@ -222,22 +222,16 @@ TEST_CASE("what the machine does not have is refused before the work, without --
   const Outcome size = folder.run({"box.obj", "--pitch", "45", "--size", "60000x60000", "-q"});
   INFO(size.err);
   CHECK(size.code == 2);
-  CHECK(size.err.find("would fit") + size.err.find("are possible") != 2 * std::string::npos);
-  CHECK(size.err.find("units") == std::string::npos);
+  CHECK((has(size.err, "would fit") || has(size.err, "are possible")));
+  CHECK_FALSE(has(size.err, "units"));
   // Every product counts: what fits alone does not with all layers, with speckle, or nine times over in a sweep.
   const std::vector<std::string> base = {"box.obj", "--pitch", "45", "--size", "4000x4000", "-q", "--dry-run", "--threads", "1",
                                          "--max-memory", "500M"};
-  const auto with = [&](std::initializer_list<const char*> more) {
-    std::vector<std::string> all = base;
-    all.insert(all.end(), more.begin(), more.end());
-    return folder.run(all);
-  };
-  CHECK(with({}).code == 0);
-  for (const auto& more : {std::initializer_list<const char*>{"--layers", "all"},
-                           {"--looks", "1", "--nesz", "-20", "--resolution", "1"},
-                           {"--azimuth", "0:350:10"}}) {
-    const Outcome refused = with(more);
-    INFO(*more.begin() << ": " << refused.err);
+  CHECK(folder.run(base).code == 0);
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--layers", "all"}, {"--looks", "1", "--nesz", "-20", "--resolution", "1"}, {"--azimuth", "0:350:10"}}) {
+    const Outcome refused = folder.run(with(base, more));
+    INFO(more.front() << ": " << refused.err);
     CHECK(refused.code == 2);
     CHECK(is_error_line(refused.err, "--max-memory allows 500 MiB"));
   }

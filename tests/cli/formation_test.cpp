@@ -23,7 +23,7 @@ const std::vector<std::string> kMstar = {"--resolution", "0.305", "--window", "t
 TEST_CASE("image formation is off unless asked for, and then part of the recipe") {
   const SceneFolder folder;
   REQUIRE(folder.run(formed_view("off")).code == 0);
-  CHECK(read_text(folder / "off.json").find("formation") == std::string::npos);
+  CHECK_FALSE(has(read_text(folder / "off.json"), "formation"));
 
   REQUIRE(folder.run(formed_view("on", kMstar)).code == 0);
   CHECK(read_text(folder / "on.tif") != read_text(folder / "off.tif"));
@@ -31,7 +31,7 @@ TEST_CASE("image formation is off unless asked for, and then part of the recipe"
   for (const char* piece : {"\"formation\"", "\"resolution_m\"", "\"taylor:-35,4\"", "\"looks\": 1.0",
                             "\"nesz_db\": -25.0", "\"seed\": 1", "\"bandwidth_per_m\"", "\"peak_sidelobe_db\""}) {
     INFO(piece);
-    CHECK(recipe.find(piece) != std::string::npos);
+    CHECK(has(recipe, piece));
   }
 
   // Settings that spell out the defaults are the same recipe; another seed is another one.
@@ -43,7 +43,7 @@ TEST_CASE("image formation is off unless asked for, and then part of the recipe"
                                    "--seed", "1"});
   INFO(done.err);
   CHECK(done.code == 0);
-  CHECK(done.err.find("already done") != std::string::npos);
+  CHECK(has(done.err, "already done"));
   const Outcome other = folder.run(with(formed_view("on", kMstar), {"--seed", "2"}));
   CHECK(other.code == 2);
   CHECK(is_error_line(other.err, "formation.seed: 1 there, 2 now"));
@@ -71,7 +71,7 @@ TEST_CASE("speckle depends on seed and view, not on threads, sweeps or interrupt
   REQUIRE(sweep("c", {"--threads", "20"}) == 0);
   CHECK(folder.contents("a") == folder.contents("b"));
   CHECK(folder.contents("a") == folder.contents("c"));
-  CHECK(read_manifest(folder / "a").provenance_json.find("\"nesz_db\":-25") != std::string::npos);
+  CHECK(has(read_manifest(folder / "a").provenance_json, "\"nesz_db\":-25"));
 
   const auto whole = folder.contents("a");
   std::filesystem::remove(folder / "a/images/view_003.tif");
@@ -112,14 +112,14 @@ TEST_CASE("calibration and quantity come after formation, and the ground is even
 TEST_CASE("the plan tells what is formed and what is left out") {
   const SceneFolder folder;
   const Outcome off = folder.run(formed_view("a", {"--dry-run"}));
-  CHECK(off.out.find("impulse response, speckle, noise: not asked for") != std::string::npos);
+  CHECK(has(off.out, "impulse response, speckle, noise: not asked for"));
   const Outcome on = folder.run(formed_view("a", with(kMstar, {"--dry-run"})));
   for (const char* piece : {"0.305 x 0.305 m", "taylor:-35,4", "-35.2 dB", "1 look of the full resolution",
                             "noise of -25 dB", "cycles/m"}) {
     INFO(piece);
-    CHECK(on.out.find(piece) != std::string::npos);
+    CHECK(has(on.out, piece));
   }
-  CHECK(on.out.find("impulse response, speckle") == std::string::npos);
+  CHECK_FALSE(has(on.out, "impulse response, speckle"));
   const Outcome mean = folder.run(formed_view("a", {"--resolution", "0.305", "--dry-run"}));
-  CHECK(mean.out.find("speckle, noise: not asked for") != std::string::npos);
+  CHECK(has(mean.out, "speckle, noise: not asked for"));
 }

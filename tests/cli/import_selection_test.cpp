@@ -66,7 +66,7 @@ TEST_CASE("classes are chosen, and several targets in one dataset are pointed ou
   folder.write("b.000", other);
   const Outcome both = folder.run({"mstar", "a.000", "b.000", "a.000", "-o", "both"});
   CHECK(both.code == 0);
-  CHECK(both.err.find("2 targets (class and serial) in one dataset") != std::string::npos);
+  CHECK(has(both.err, "2 targets (class and serial) in one dataset"));
   CHECK(read_manifest(folder / "both").views.size() == 2);
   const Dataset tanks = imported(folder, {"mstar", "a.000", "b.000", "--class", "tank"});
   REQUIRE(tanks.views.size() == 1);
@@ -81,8 +81,8 @@ TEST_CASE("equal azimuths are warned of, by name, and kept", "[import]") {
   folder.write("d.000", ChipFolder::chip(10.0, 30.0));
   const Outcome outcome = folder.run({"mstar", ".", "-o", "out"});
   CHECK(outcome.code == 0);
-  CHECK(outcome.err.find("warning: 1 pair of images has the same azimuth, such as a.000 and b.000 "
-                         "at 10 deg; all are kept") != std::string::npos);
+  CHECK(has(outcome.err, "warning: 1 pair of images has the same azimuth, such as a.000 and b.000 "
+                         "at 10 deg; all are kept"));
   CHECK(read_manifest(folder / "out").views.size() == 4);
 }
 
@@ -118,9 +118,8 @@ TEST_CASE("pictures get what the table and the options know", "[import]") {
   CHECK(b.range_spacing_m == 0.4);
   CHECK(d.splits.at("train") == std::vector{a.image});
   CHECK(d.splits.at("test") == std::vector{b.image});
-  CHECK(d.provenance_json.find(R"("slant_range_m":{"value":6000.0,"views":1})") !=
-        std::string::npos);
-  CHECK(d.provenance_json.find(R"("depression_is_nominal":{"views":2})") != std::string::npos);
+  CHECK(has(d.provenance_json, R"("slant_range_m":{"value":6000.0,"views":1})"));
+  CHECK(has(d.provenance_json, R"("depression_is_nominal":{"views":2})"));
   // File (3 rows, 2 columns) 0 1 / 2 3 / 4 5, far range on top: the last column is azimuth row 0, its end near range.
   const Image<float> image = read_image(folder / "out" / a.image);
   REQUIRE(image.n_azimuth() == 2);

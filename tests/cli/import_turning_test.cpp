@@ -42,7 +42,7 @@ TEST_CASE("simulated views become Phoenix chips and come back, and still turn th
                   "--size", "60x60", "--spacing", "0.2", "--slant-range", "4500", "-o", "views"});
   INFO(render.err);
   REQUIRE(render.code == 0);
-  const Conditions here{folder.path(), 0, {}, {}, {}};
+  const Conditions here{folder.path()};
   REQUIRE(sar_import({"phoenix", "views", "-o", "chips"}, here).code == 0);
   const Outcome import = sar_import({"mstar", "chips", "-o", "back"}, here);
   INFO(import.err);

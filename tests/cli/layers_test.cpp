@@ -56,7 +56,7 @@ TEST_CASE("layers of a sweep have a folder, survive continuing, and are the same
   const auto sweep = with(kLayersView, {"--azimuth", "0:90:30", "--layers", "roof,mask"});
   REQUIRE(folder.run(with(sweep, {"-o", "s"})).code == 0);
   CHECK(std::filesystem::exists(folder / "s/layers/view_003.roof.tif"));
-  CHECK(read_text(folder / "s/dataset.json").find("\"layers\"") != std::string::npos);
+  CHECK(has(read_text(folder / "s/dataset.json"), "\"layers\""));
   const auto before = folder.contents("s");
   std::filesystem::remove(folder / "s/layers/view_002.mask.tif");
   REQUIRE(folder.run(with(sweep, {"-o", "s"})).code == 0);

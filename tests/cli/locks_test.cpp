@@ -24,13 +24,13 @@ std::pair<Outcome, Outcome> beside(const SceneFolder& folder, const std::vector<
                                    const std::filesystem::path& lock, const std::vector<std::string>& second, int signal) {
   Outcome other;
   bool done = false;
-  const auto when_locked = [&] {
+  const auto when_locked = [&](double) {
     if (done || !std::filesystem::exists(folder / lock)) return 0;
     done = true;
     other = folder.run(second);
     return signal;
   };
-  Outcome one = sar_render(first, {folder.path(), 0, {}, when_locked, {}});
+  Outcome one = sar_render(first, {folder.path(), when_locked});
   REQUIRE(done);
   return {one, other};
 }
@@ -47,8 +47,7 @@ TEST_CASE("the lock of a file: for one holder, named to others, gone with it") {
         FAIL("two holders of " << taken);
       } catch (const UsageError& e) {
         const std::string text = e.what();
-        CHECK(text.find(std::string(taken) + ": test_cli (process " + std::to_string(::getpid()) + ") is writing it") !=
-              std::string::npos);
+        CHECK(has(text, std::string(taken) + ": test_cli (process " + std::to_string(::getpid()) + ") is writing it"));
       }
       CHECK_FALSE(std::filesystem::exists(folder / ".b.tif.lock"));
     }
@@ -94,7 +93,7 @@ TEST_CASE("other names in the folder stay free, and a killed render's lock is ta
   const Outcome again = folder.run(a);
   INFO(again.err);
   CHECK(again.code == 0);
-  for (const auto& [name, bytes] : folder.contents()) CHECK(name.find(".lock") == std::string::npos);
+  for (const auto& [name, bytes] : folder.contents()) CHECK_FALSE(has(name, ".lock"));
 }
 
 TEST_CASE("a sweep's folder has one writer, who is named") {
@@ -103,7 +102,7 @@ TEST_CASE("a sweep's folder has one writer, who is named") {
   const auto [one, other] = beside(folder, sweep, "s/recipe.json", sweep, SIGKILL);
   INFO(other.err);
   CHECK(other.code == 2);
-  CHECK(other.err.find("s: sar_render (process ") != std::string::npos);
+  CHECK(has(other.err, "s: sar_render (process "));
 }
 
 TEST_CASE("--save-volume makes its folder before the work, and nothing with --dry-run") {

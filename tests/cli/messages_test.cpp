@@ -153,7 +153,7 @@ TEST_CASE("a working directory that is gone is an error like any other") {
   std::filesystem::create_directory(folder / "gone");
   const std::string box = folder / "box.obj";
   const Outcome outcome =
-      sar_render({box, "--pitch", "45", "-q"}, {folder / "gone", 0, {}, {}, [&] { ::rmdir((folder / "gone").c_str()); }});
+      sar_render({box, "--pitch", "45", "-q"}, {.folder = folder / "gone", .before = [&] { ::rmdir((folder / "gone").c_str()); }});
   INFO(outcome.err);
   CHECK(outcome.code == 1);
   CHECK(is_error_line(outcome.err, ""));

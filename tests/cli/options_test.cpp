@@ -15,7 +15,7 @@ TEST_CASE("help and version go to stdout") {
   for (const char* piece : {"--pitch", "--depression", "--slant-range", "[10000]", "[0.3]", "(m)",
                             "--max-memory", "--config", "-q", "-v", "Exit codes"}) {
     INFO(piece);
-    CHECK(help.out.find(piece) != std::string::npos);
+    CHECK(has(help.out, piece));
   }
   const Outcome version = folder.run({"--version"});
   CHECK(version.code == 0);
@@ -146,7 +146,7 @@ TEST_CASE("outputs never replace what was read, however indirectly") {
     const Outcome outcome = folder.run(all);
     CHECK(outcome.code == 2);
     INFO(outcome.err);
-    CHECK(outcome.err.find("would replace the input") != std::string::npos);
+    CHECK(has(outcome.err, "would replace the input"));
     CHECK(folder.contents() == before);
   }
 }
@@ -172,7 +172,7 @@ TEST_CASE("what makes no sense is refused as such, in one line") {
   // Names need not be UTF-8, and then mean the same recipe when they are met again.
   std::filesystem::copy_file(folder / "box.obj", folder / "n\xff.obj");
   REQUIRE(folder.run({"n\xff.obj", "--pitch", "45", "-o", "n"}).code == 0);
-  CHECK(folder.run({"n\xff.obj", "--pitch", "45", "-o", "n"}).err.find("already done") != std::string::npos);
+  CHECK(has(folder.run({"n\xff.obj", "--pitch", "45", "-o", "n"}).err, "already done"));
   // Threads beyond all measure do no harm.
   CHECK(folder.run({"box.obj", "--pitch", "45", "-q", "-o", "t", "--threads", "4096"}).code == 0);
 }

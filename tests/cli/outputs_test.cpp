@@ -42,7 +42,7 @@ TEST_CASE("one view: image, picture, recipe and report, their paths on stdout") 
   for (const char* piece : {"\"sha256\"", "\"incidence_deg\": 45.0", "\"depression_deg\": 45.0",
                             "\"azimuth_deg\": 30.0", "\"program\": \"sar_render ", "\"elevations\""}) {
     INFO(piece);
-    CHECK(recipe.find(piece) != std::string::npos);
+    CHECK(has(recipe, piece));
   }
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("the same recipe is already done, another one is refused, --overwrite 
 
   const Outcome same = folder.run(with(kOneView, {"-o", "a"}));
   CHECK(same.code == 0);
-  CHECK(same.err.find("already done") != std::string::npos);
+  CHECK(has(same.err, "already done"));
   CHECK(same.out == "a.tif\na.png\na.json\n");
   CHECK(std::filesystem::last_write_time(folder / "a.tif") == written);
 
@@ -115,7 +115,7 @@ TEST_CASE("a mesh that a scene file names is part of its recipe") {
   write_text(folder / "scene.json",
              R"({"format":"sarnerf-scene","version":1,"meshes":[{"file":"box.obj"}]})");
   REQUIRE(folder.run({"scene.json", "--pitch", "45", "-q"}).code == 0);
-  CHECK(folder.run({"scene.json", "--pitch", "45"}).err.find("already done") != std::string::npos);
+  CHECK(has(folder.run({"scene.json", "--pitch", "45"}).err, "already done"));
   write_text(folder / "box.obj", read_text(folder / "box.obj") + "# changed\n");
   const Outcome changed = folder.run({"scene.json", "--pitch", "45", "-q"});
   CHECK(changed.code == 2);
@@ -139,13 +139,13 @@ TEST_CASE("the plan: printed before the work, or instead of it") {
   CHECK(dry.code == 0);
   for (const char* piece : {"scene", "rays", "memory", "time", "left out", "40 x 50 pixels", "box_sar"}) {
     INFO(piece);
-    CHECK(dry.out.find(piece) != std::string::npos);
+    CHECK(has(dry.out, piece));
   }
   CHECK(folder.contents() == before);
 
   const Outcome explained = folder.run(with(kOneView, {"--explain", "-q"}));
   CHECK(explained.code == 0);
-  CHECK(explained.err.find("left out") != std::string::npos);
+  CHECK(has(explained.err, "left out"));
   CHECK(explained.out == "box_sar.tif\nbox_sar.png\nbox_sar.json\n");
 }
 
@@ -153,8 +153,8 @@ TEST_CASE("a blank image says why") {
   const SceneFolder folder;
   const Outcome outcome = folder.run(with(kOneView, {"--aim", "500,0,0", "-q"}));
   CHECK(outcome.code == 0);
-  CHECK(outcome.err.find("warning: ") != std::string::npos);
-  CHECK(outcome.err.find("swath") != std::string::npos);
+  CHECK(has(outcome.err, "warning: "));
+  CHECK(has(outcome.err, "swath"));
   // The rendered swath is wider by the reach of an impulse response; the warning is of the image's.
   const Outcome wide = folder.run(with(kOneView, {"--aim", "500,0,0", "-q", "--resolution", "0.5", "-o", "wide"}));
   CHECK(std::ranges::count(wide.err, '\n') == 1);

@@ -59,14 +59,13 @@ TEST_CASE("a direction given twice is rendered once, and pointed out") {
   };
   const Outcome turn = run({"--pitch", "45", "--azimuth", "0:360:90"}, "turn");
   CHECK(turn.code == 0);
-  CHECK(turn.err.find("--azimuth: 0 and 360 degrees are the same direction; it is taken once\n") != std::string::npos);
+  CHECK(has(turn.err, "--azimuth: 0 and 360 degrees are the same direction; it is taken once\n"));
   CHECK(read_manifest(folder / "turn").views.size() == 4);
   const Outcome twice = run({"--pitch", "45,45,30,45", "--azimuth", "0,90"}, "twice");
-  CHECK(twice.err.find("--pitch: 45 and 45 degrees are the same direction; it is taken once, and so is 1 other\n") !=
-        std::string::npos);
+  CHECK(has(twice.err, "--pitch: 45 and 45 degrees are the same direction; it is taken once, and so is 1 other\n"));
   CHECK(read_manifest(folder / "twice").views.size() == 4);
   const Outcome one = run({"--depression", "17,17"}, "one");
-  CHECK(one.err.find("--depression: 17 and 17 degrees") != std::string::npos);
+  CHECK(has(one.err, "--depression: 17 and 17 degrees"));
   CHECK(std::filesystem::exists(folder / "one.tif"));
 }
 
@@ -74,7 +73,7 @@ TEST_CASE("a damaged or lost recipe is mended, and does not let another one in")
   const SceneFolder folder;
   REQUIRE(folder.run(sweep("s")).code == 0);
   const auto whole = folder.contents("s");
-  CHECK(whole.at("SHA256SUMS").find("  recipe.json\n") != std::string::npos);
+  CHECK(has(whole.at("SHA256SUMS"), "  recipe.json\n"));
   const std::string recipe = whole.at("recipe.json");
   std::string other_figure = recipe;
   other_figure.replace(other_figure.find("0.5"), 3, "0.7");
@@ -90,7 +89,7 @@ TEST_CASE("a damaged or lost recipe is mended, and does not let another one in")
     const Outcome mended = folder.run(sweep("s"));
     INFO(mended.err);
     CHECK(mended.code == 0);
-    CHECK(mended.err.find("continuing: 23 of 24 views are there") != std::string::npos);
+    CHECK(has(mended.err, "continuing: 23 of 24 views are there"));
     CHECK(folder.contents("s") == whole);
   }
   // Without the list nobody knows whose the recipe was.
@@ -118,7 +117,7 @@ TEST_CASE("views that are there are kept, damaged and missing ones made again") 
 
   const Outcome done = folder.run(sweep("s"));
   CHECK(done.code == 0);
-  CHECK(done.err.find("already done") != std::string::npos);
+  CHECK(has(done.err, "already done"));
 
   std::filesystem::remove(folder / "s/images/view_003.tif");
   std::filesystem::remove(folder / "s/png/view_007.png");
@@ -126,7 +125,7 @@ TEST_CASE("views that are there are kept, damaged and missing ones made again") 
   write_text(folder / "s/images/.view_011.tif.123-4.partial", "left by a killed process");
   const Outcome again = folder.run(sweep("s"));
   CHECK(again.code == 0);
-  CHECK(again.err.find("21 of 24") != std::string::npos);
+  CHECK(has(again.err, "21 of 24"));
   CHECK(folder.contents("s") == whole);
   CHECK(std::filesystem::last_write_time(folder / "s/images/view_004.tif") == kept);
 }
@@ -153,15 +152,15 @@ TEST_CASE("views that are changed or exchanged, but well-formed, are made again"
   const Outcome again = folder.run(sweep("s", {"--layers", "wall"}));
   INFO(again.err);
   CHECK(again.code == 0);
-  CHECK(again.err.find("18 of 24") != std::string::npos);
+  CHECK(has(again.err, "18 of 24"));
   CHECK(folder.contents("s") == whole);
 
   // Without the list nothing is known to be finished; a line cut off does not count, nor does noise.
   const std::string list = whole.at("SHA256SUMS");
-  CHECK(list.find("  images/view_013.tif\n") != std::string::npos);
+  CHECK(has(list, "  images/view_013.tif\n"));
   const std::string views = list.substr(0, list.rfind('\n', list.size() - 2) + 1);  // the recipe is last
   write_text(folder / "s/SHA256SUMS", "noise\n" + views.substr(0, views.size() - 10));
-  CHECK(folder.run(sweep("s", {"--layers", "wall"})).err.find("23 of 24") != std::string::npos);
+  CHECK(has(folder.run(sweep("s", {"--layers", "wall"})).err, "23 of 24"));
   CHECK(folder.contents("s") == whole);
   std::filesystem::remove(folder / "s/SHA256SUMS");
   CHECK(folder.run(sweep("s", {"--layers", "wall"})).code == 0);
@@ -199,12 +198,12 @@ TEST_CASE("interrupted, a sweep keeps its finished views and continues to the sa
   for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
     const std::string name = "s" + std::to_string(signal);
     bool sent = false;
-    const auto when_some_are_there = [&] {
+    const auto when_some_are_there = [&](double) {
       if (sent || n_images(folder / name) < 5) return 0;
       sent = true;
       return signal;
     };
-    const Outcome outcome = sar_render(slow(name), {folder.path(), 0, {}, when_some_are_there, {}});
+    const Outcome outcome = sar_render(slow(name), {folder.path(), when_some_are_there});
     INFO(outcome.err);
     CHECK(outcome.out.empty());
     if (signal == SIGKILL) {
@@ -215,13 +214,13 @@ TEST_CASE("interrupted, a sweep keeps its finished views and continues to the sa
       } catch (const InputError& error) {
         why = error.what();
       }
-      CHECK(why.find("stopped before it wrote its manifest") != std::string::npos);
-      CHECK(why.find("repeat its command") != std::string::npos);
+      CHECK(has(why, "stopped before it wrote its manifest"));
+      CHECK(has(why, "repeat its command"));
       CHECK(folder.run(slow(name)).code == 0);
       continue;
     }
     REQUIRE(outcome.code == 130);
-    CHECK(outcome.err.find("the same command continues") != std::string::npos);
+    CHECK(has(outcome.err, "the same command continues"));
     const Dataset partial = read_manifest(folder / name);
     CHECK(partial.views.size() == n_images(folder / name));
     CHECK(partial.views.size() < 300);
@@ -250,11 +249,11 @@ TEST_CASE("interrupted before anything is finished, nothing of a single view is 
   const auto before = folder.contents();
   int asked = 0;
   // Late enough for the handler to stand, early enough for a view of minutes.
-  const auto soon = [&] { return ++asked == 1500 ? SIGINT : 0; };
+  const auto soon = [&](double) { return ++asked == 1500 ? SIGINT : 0; };
   const Outcome outcome =
       sar_render({"box.obj", "--pitch", "45", "--size", "2000x2000", "--spacing", "0.01", "--sub-rows",
                   "64", "--elevations", "20000"},
-                 {folder.path(), 0, {}, soon, {}});
+                 {folder.path(), soon});
   INFO(outcome.err);
   CHECK(outcome.code == 130);
   CHECK(folder.contents() == before);

@@ -116,7 +116,7 @@ TEST_CASE("one damaged pixel changes neither the peak nor what is learned") {
     const Outcome outcome = scene.train({"data", "-o", run, "--steps", "60", "--against", "test"});
     INFO(outcome.err);
     REQUIRE(outcome.code == 0);
-    CHECK((outcome.err.find("images/5.tif: pixel 3, 4") != std::string::npos) == warned);
+    CHECK(has(outcome.err, "images/5.tif: pixel 3, 4") == warned);
     const nlohmann::json report = json_of(scene / run / "report.json");
     return report["evaluation"]["model"]["mean"]["psnr_power_db"].get<double>();
   };
@@ -175,7 +175,7 @@ TEST_CASE("odd datasets are learned from") {
     const Outcome outcome = scene.train({"odd", "-o", "run", "--steps", "5"});
     INFO(outcome.err);
     CHECK(outcome.code == 0);
-    CHECK(outcome.err.find("a single view") != std::string::npos);
+    CHECK(has(outcome.err, "a single view"));
   }
   SECTION("one blank view among others") {
     write_image(scene, "data/images/2.tif", sarnerf::Image<float>(32, 32));
@@ -190,13 +190,13 @@ TEST_CASE("odd datasets are learned from") {
     scene.edit("data/dataset.json", "\"azimuth_deg\":90.0", "\"azimuth_deg\":360.0");
     const Outcome outcome = scene.train({"data", "-o", "run", "--steps", "5"});
     CHECK(outcome.code == 0);
-    CHECK(outcome.err.find("twice the weight") != std::string::npos);
+    CHECK(has(outcome.err, "twice the weight"));
   }
   SECTION("amplitudes, with a note") {
     scene.edit("data/dataset.json", "\"quantity\": \"power\"", "\"quantity\": \"amplitude\"");
     const Outcome outcome = scene.train({"data", "-o", "run", "--steps", "5"});
     CHECK(outcome.code == 0);
-    CHECK(outcome.err.find("squared") != std::string::npos);
+    CHECK(has(outcome.err, "squared"));
   }
 }
 

@@ -60,10 +60,10 @@ TEST_CASE("sar_nerf_bench writes curve and tables of every contestant") {
 
   CHECK(study.out == read_text(scene / "study/learning.md"));
   for (const char* piece : {"| seconds to ", "| grid ", "| mlp ", "| paper ", "paper's best", "Best baseline: "})
-    CHECK(study.out.find(piece) != std::string::npos);
+    CHECK(has(study.out, piece));
   const std::string picture = read_text(scene / "study/learning.svg");
   for (const char* piece : {"<svg", "grid, each run", "mlp, one run", "paper, one run", "interpolation"})
-    CHECK(picture.find(piece) != std::string::npos);
+    CHECK(has(picture, piece));
   CHECK(read_text(scene / "study/learning.png").substr(1, 3) == "PNG");
 
   const Outcome again = scene.bench({"tiny", "--against", "test", "-o", "study"});
@@ -97,7 +97,7 @@ TEST_CASE("sar_bench learning is sar_nerf_bench") {
   const TinyScene scene;
   const Outcome help = scene.run(SAR_BENCH, {"learning", "--help"});
   CHECK(help.code == 0);
-  CHECK(help.out.find("--against") != std::string::npos);
+  CHECK(has(help.out, "--against"));
   const Outcome wrong = scene.run(SAR_BENCH, {"learning", "tiny", "--against", "test", "--nope"});
   CHECK(wrong.code == 2);
   CHECK(wrong.is_error("--nope"));

@@ -41,7 +41,7 @@ TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
   REQUIRE(made.code == 0);
   CHECK(made.out.starts_with("out.vdb\nout.ply\nout.png\n"));
   for (const char* piece : {"extracted", "carving alone", "triangles"})
-    CHECK(made.out.find(piece) != std::string::npos);
+    CHECK(has(made.out, piece));
   const Json report = json_of(scene / "out.report.json");
   // Learned for a second from one pitch. Fog has no inside; carving takes nothing away from the cube.
   const Json &extracted = report["scores"]["extracted"], &carving = report["scores"]["carving"];
@@ -52,7 +52,7 @@ TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
 
   const Outcome again = scene.extract(arguments);
   CHECK(again.code == 0);
-  CHECK(again.err.find("already done") != std::string::npos);
+  CHECK(has(again.err, "already done"));
   CHECK(again.out == made.out);
   auto others = arguments;
   others[3] = "41";
@@ -82,7 +82,7 @@ TEST_CASE("a model becomes a volume and a mesh and a picture and a score") {
     const Outcome told =
         scene.extract({"run", "u.vdb", "--resolution", "30", "--truth", "cube.obj", "--truth-units", "mm"});
     CHECK(told.code == 0);
-    CHECK(told.err.find("times as large") != std::string::npos);
+    CHECK(has(told.err, "times as large"));
   }
 }
 

@@ -20,11 +20,6 @@ namespace {
 const std::vector<std::string> kSmallNetwork{"--field",  "mlp",      "--option", "depth=3",  "--option", "width=64",
                                              "--option", "skip=1",   "--option", "direction_frequencies=2"};
 
-std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
 std::size_t n_lines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
@@ -39,7 +34,7 @@ struct CubeFolder : ScratchFolder {
   static std::vector<std::string> pixels() { return {"--pitch", "45", "--size", "32x32", "--spacing", "0.3", "-q"}; }
 
   Outcome run(const char* program, const std::vector<std::string>& arguments) const {
-    return run_program(program, arguments, path());
+    return run_program(program, arguments, {path()});
   }
   Outcome must(const char* program, const std::vector<std::string>& arguments) const {
     Outcome outcome = run(program, arguments);
@@ -89,7 +84,7 @@ TEST_CASE("a surface goes all the way: learned, rendered, contoured, rendered fr
 
   const Outcome extracted = folder.must(SAR_EXTRACT, {"run", "body.vdb", "--resolution", "64", "--extent", "5", "--mesh", "body.ply",
                                                       "--truth", "cube.obj"});
-  CHECK(extracted.out.find("1 component") != std::string::npos);
+  CHECK(has(extracted.out, "1 component"));
   const Json report = json_of(folder / "body.report.json");
   CHECK(report["components"] == 1);
   CHECK(report["scores"]["extracted"]["observable_iou"].get<double>() > 0.75);
@@ -97,7 +92,7 @@ TEST_CASE("a surface goes all the way: learned, rendered, contoured, rendered fr
   std::ifstream ply(folder / "body.ply");
   std::string header(400, ' ');
   ply.read(header.data(), static_cast<std::streamsize>(header.size()));
-  CHECK(header.find("property uchar unseen") != std::string::npos);
+  CHECK(has(header, "property uchar unseen"));
 
   folder.must(SAR_RENDER, with({"body.vdb", "--azimuth", "15", "--aim", "0,0,0", "--elevations", "400", "-o", "volume"},
                                CubeFolder::pixels()));
@@ -106,7 +101,7 @@ TEST_CASE("a surface goes all the way: learned, rendered, contoured, rendered fr
   // The same mesh, read back, with the views of the dataset or of the model.
   for (const char* source : {"data", "run"}) {
     const Outcome scored = folder.must(SAR_EXTRACT, {source, "--score", "body.ply", "--truth", "cube.obj", "--overwrite"});
-    CHECK(scored.out.find("body.ply.score.json") != std::string::npos);
+    CHECK(has(scored.out, "body.ply.score.json"));
     const Json again = json_of(folder / "body.ply.score.json")["scores"]["extracted"];
     for (const char* key : {"iou", "observable_iou", "symmetric_difference_m"})
       CHECK(again[key].get<double>() == Approx(report["scores"]["extracted"][key].get<double>()).epsilon(1e-6));
@@ -118,7 +113,7 @@ TEST_CASE("a surface goes all the way: learned, rendered, contoured, rendered fr
   CHECK(std::filesystem::last_write_time(folder / "body.ply.score.json") == written);
   const Outcome without = folder.run(SAR_EXTRACT, {"run", "--score", "body.ply"});
   CHECK(without.code == 2);
-  CHECK(without.err.find("--truth") != std::string::npos);
+  CHECK(has(without.err, "--truth"));
   CHECK(folder.run(SAR_EXTRACT, {"run", "other.vdb", "--threshold", "1"}).code == 2);
 }
 
@@ -130,8 +125,8 @@ TEST_CASE("a model knows the rule that it was learned by, and its volume too") {
     CHECK(Json::parse(sarnerf::read_archive(model).json)["model"]["integrator"] == rule);
     CHECK(name(sarnerf::read_model(model).field->integrator()) == rule);
     const Outcome made = folder.must(SAR_EXTRACT, {rule, rule + ".vdb", "--resolution", "24", "--extent", "5", "-v"});
-    CHECK(made.out.find("integrator: " + rule + "\n") != std::string::npos);
-    CHECK((made.err.find("--integrator paper-gated") != std::string::npos) == (rule == "paper-gated"));
+    CHECK(has(made.out, "integrator: " + rule + "\n"));
+    CHECK(has(made.err, "--integrator paper-gated") == (rule == "paper-gated"));
   }
 }
 
@@ -139,7 +134,7 @@ TEST_CASE("a model file by itself is enough") {
   const LearnedPoints scene;
   std::filesystem::create_directory(scene / "alone");
   std::filesystem::copy_file(scene / "run/model.pt", scene / "alone/model.pt");
-  const Outcome made = run_program(SAR_EXTRACT, {"model.pt", "out.vdb"}, scene / "alone");
+  const Outcome made = run_program(SAR_EXTRACT, {"model.pt", "out.vdb"}, {scene / "alone"});
   INFO(made.err);
   REQUIRE(made.code == 0);
   CHECK(made.out.starts_with("out.vdb\n"));
@@ -160,8 +155,8 @@ TEST_CASE("paths alone when quiet, a table and a line by default, grids when ask
   // Two paths, a table with a head and two bodies, distances in layover and out of it, and one line.
   CHECK(n_lines(made.out) == 2 + 4 + 1 + 1);
   const std::string last = made.out.substr(made.out.rfind('\n', made.out.size() - 2) + 1);
-  for (const char* piece : {"matter", "triangles", "memory"}) CHECK(last.find(piece) != std::string::npos);
-  CHECK(made.out.find("brightness") == std::string::npos);
+  for (const char* piece : {"matter", "triangles", "memory"}) CHECK(has(last, piece));
+  CHECK_FALSE(has(made.out, "brightness"));
 
   // The same again, which is there already.
   const Outcome quiet = scene.extract(with(request, {"-q"}));
@@ -170,7 +165,7 @@ TEST_CASE("paths alone when quiet, a table and a line by default, grids when ask
   const Outcome verbose = scene.extract(with(request, {"-v"})), explained = scene.extract(with(request, {"--explain"}));
   for (const Outcome* outcome : {&verbose, &explained}) {
     CHECK(n_lines(outcome->out) > n_lines(made.out));
-    CHECK(outcome->out.find("brightness_3") != std::string::npos);
+    CHECK(has(outcome->out, "brightness_3"));
     CHECK(outcome->out.ends_with(last));
   }
   const Outcome anew = scene.extract(with(request, {"-q", "--overwrite"}));
@@ -187,7 +182,7 @@ TEST_CASE("a plan of an extraction writes nothing") {
   CHECK(planned.code == 0);
   for (const char* piece : {"plan\n", "grid, ", "40^3 over 8 m, voxels of 0.2 m", "brightness (4 harmonics), occupancy", "Otsu",
                             "memory    about", "new/out.vdb"})
-    CHECK(planned.out.find(piece) != std::string::npos);
+    CHECK(has(planned.out, piece));
   CHECK_FALSE(std::filesystem::exists(scene / "new"));
   CHECK(scene.extract(with(request, {"--centre", "1000,0,0"})).is_error("--extent"));
 }
@@ -199,8 +194,8 @@ TEST_CASE("a truth without an inside is compared by its surface, and that is sai
   const Outcome sheet = scene.extract(with({"run", "sheet.vdb", "--truth", "sheet.obj"}, size));
   INFO(sheet.err);
   REQUIRE(sheet.code == 0);
-  CHECK(sheet.out.find("| extracted     |   - |          - |              - |         - |      - |      - |") != std::string::npos);
-  CHECK(sheet.out.find("no volumes of the truth: ") != std::string::npos);
+  CHECK(has(sheet.out, "| extracted     |   - |          - |              - |         - |      - |      - |"));
+  CHECK(has(sheet.out, "no volumes of the truth: "));
   const Json scores = json_of(scene / "sheet.report.json")["scores"];
   CHECK(scores["truth_volume"]["kind"] == "none");
   CHECK(scores["extracted"]["iou"].is_null());
@@ -215,7 +210,7 @@ TEST_CASE("a truth without an inside is compared by its surface, and that is sai
   REQUIRE(scene.extract(with({"run", "open.vdb", "--truth", "open.obj", "--images", "none"}, size)).code == 0);
   CHECK(json_of(scene / "open.report.json")["scores"]["truth_volume"]["kind"] == "none");
   const Outcome slit = scene.extract(with({"run", "slit.vdb", "--truth", "slit.obj", "--images", "none"}, size));
-  CHECK(slit.err.find("winding number") != std::string::npos);
+  CHECK(has(slit.err, "winding number"));
   const Json scored = json_of(scene / "slit.report.json")["scores"];
   CHECK(scored["truth_volume"]["kind"] == "winding number");
   CHECK(scored["extracted"]["truth_volume_m3"].get<double>() == Approx(8.0).epsilon(0.02));
@@ -226,7 +221,7 @@ TEST_CASE("a truth somewhere else is told") {
   std::ofstream(scene / "far.obj") << "v 999 0 -1\nv 1001 0 -1\nv 1000 0 1\nv 1000 2 0\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n";
   const Outcome told = scene.extract({"run", "far.vdb", "--resolution", "30", "--extent", "8", "--truth", "far.obj"});
   CHECK(told.code == 0);
-  CHECK(told.err.find("no place in common") != std::string::npos);
+  CHECK(has(told.err, "no place in common"));
 }
 
 TEST_CASE("numbers that cannot be meant are not answered by longer training") {
@@ -237,7 +232,7 @@ TEST_CASE("numbers that cannot be meant are not answered by longer training") {
     INFO(outcome.err);
     CHECK(outcome.code == 2);
     CHECK(outcome.is_error(wrong.front()));
-    CHECK(outcome.err.find("longer") == std::string::npos);
+    CHECK_FALSE(has(outcome.err, "longer"));
     CHECK_FALSE(std::filesystem::exists(scene / "x.vdb"));
   }
 }
@@ -253,7 +248,7 @@ TEST_CASE("two extractions into one file: the second is told, and nothing is los
     }
     return 0;
   };
-  const Outcome first = run_program(SAR_EXTRACT, {"run", "out.vdb", "--resolution", "200"}, scene.path(), when_locked);
+  const Outcome first = run_program(SAR_EXTRACT, {"run", "out.vdb", "--resolution", "200"}, {scene.path(), when_locked});
   REQUIRE(met);
   INFO(second.err);
   CHECK(first.code == 0);

@@ -13,7 +13,7 @@ TEST_CASE("sar_bench extraction closes the loop and draws what came of it") {
   write_cube(folder / "cube.obj");
   const auto study = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"extraction", "cube.obj"});
-    return run_program(SAR_BENCH, arguments, folder.path());
+    return run_program(SAR_BENCH, arguments, {folder.path()});
   };
   // Long enough for a body on a busy machine, too: the time counts from the program's start.
   const Outcome made = study({"--views", "4x2", "--time", "8s", "--seeds", "2", "-o", "study"});
@@ -41,16 +41,16 @@ TEST_CASE("sar_bench extraction closes the loop and draws what came of it") {
   CHECK(made.out == read_text(folder / "study/extraction.md"));
   for (const char* axis : {"difference-seconds", "difference-views", "chamfer-seconds", "chamfer-views"}) {
     const std::string name = "study/extraction-cube-" + std::string(axis);
-    CHECK(read_text(folder / (name + ".svg")).find("<svg") != std::string::npos);
+    CHECK(has(read_text(folder / (name + ".svg")), "<svg"));
     CHECK(read_text(folder / (name + ".png")).substr(1, 3) == "PNG");
   }
-  CHECK(read_text(folder / "study/extraction-cube-difference-views.svg").find("carving alone") != std::string::npos);
+  CHECK(has(read_text(folder / "study/extraction-cube-difference-views.svg"), "carving alone"));
 
   const Outcome beside = study({"--views", "4x2", "--time", "4s", "--field", "grid", "--beside", "study/extraction.json", "-o", "both"});
   INFO(beside.err);
   REQUIRE(beside.code == 0);
   CHECK(json_of(folder / "both/extraction.json").at("runs").size() == 3);
-  CHECK(read_text(folder / "both/extraction-cube-difference-seconds.svg").find("surface, 8 views") != std::string::npos);
+  CHECK(has(read_text(folder / "both/extraction-cube-difference-seconds.svg"), "surface, 8 views"));
 
   const auto refused = [&](int code, const std::string& piece, const std::vector<std::string>& arguments) {
     const Outcome outcome = study(arguments);

@@ -26,7 +26,7 @@ struct RenderedChips : ScratchFolder {
                                        depression == "17" ? "0:345:15" : "7:345:30", "--size", "112x112", "--spacing", "0.2",
                                        "--slant-range", "4500", "--ground", "grass", "--looks", "1", "--resolution", "0.3", "--window",
                                        "taylor:-35", "--seed", depression, "-q", "-o", "chips/" + name + "/" + depression},
-                                      path());
+                                      {path()});
         INFO(o.err);
         REQUIRE(o.code == 0);
       }
@@ -49,7 +49,7 @@ class ThreeClasses : public ScratchFolder {
       all.push_back(name);
       if (!value.empty()) all.push_back(value);  // flags have none
     }
-    return run_program(SAR_FEWSHOT, all, path(), signal);
+    return run_program(SAR_FEWSHOT, all, {path(), signal});
   }
 
   Json json(const std::string& file) const { return json_of(path() / file); }
@@ -92,8 +92,8 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   CHECK(fs::last_write_time(chips / "study/cells/a-convnet_none_04_00.json") == first);
   for (const char* file : {"report.md", "report.html", "a-convnet.png", "pictures/cuboid.png", "generated/04_01.pt"})
     CHECK(fs::exists(chips / "study" / file));
-  CHECK(done.out.find("learned − turned") != std::string::npos);
-  CHECK(done.out.find("four corners") != std::string::npos);
+  CHECK(has(done.out, "learned − turned"));
+  CHECK(has(done.out, "four corners"));
 
   const Json report = chips.json("study/report.json");
   CHECK(report.at("classes").size() == 3);
@@ -149,7 +149,7 @@ TEST_CASE("what a study cannot mean is refused before anything is written", "[fe
   refused(3, "expected 40 chips or more at 17 deg", {{"--shots", "40"}});
   refused(3, "found none", {{"--train-depression", "40"}, {"--test-depression", "45"}});
   refused(2, "expected 20 shots", {{"--shots", "4,20"}, {"--validate", ""}});
-  CHECK(chips.run({{"--dry-run", ""}}).out.find("14: classifiers") != std::string::npos);
+  CHECK(has(chips.run({{"--dry-run", ""}}).out, "14: classifiers"));
 }
 
 TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells of them", "[fewshot]") {
@@ -163,7 +163,7 @@ TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells 
   CHECK(chips.run(both).code == 0);
   CHECK(chips.run({{"--export", "exported"}, {"--step", "7"}, {"--output", "seven"}}).is_error("--export"));
 
-  const auto recognise = [&](const std::vector<std::string>& arguments) { return run_program(SAR_RECOGNISE, arguments, chips.path()); };
+  const auto recognise = [&](const std::vector<std::string>& arguments) { return run_program(SAR_RECOGNISE, arguments, {chips.path()}); };
   const std::vector<std::string> arguments{"draws/04_00.pt", "--classifier", "nearest", "--classifier", "a-convnet", "--arm", "learned"};
   const Outcome elsewhere = recognise(arguments);
   INFO(elsewhere.err);
@@ -257,7 +257,7 @@ TEST_CASE("backgrounds are exchanged between test chips, and compared with gener
   const Outcome exchanged = chips.run({{"--exchange-clutter", ""}, {"--arms", "none,turned"}, {"--classifiers", "nearest,background"}, {"--draws", "1"}});
   INFO(exchanged.err);
   REQUIRE(exchanged.code == 0);
-  CHECK(exchanged.out.find("across classes") != std::string::npos);
+  CHECK(has(exchanged.out, "across classes"));
   // Arms are compared on measured and on exchanged backgrounds.
   const auto accuracy_across = [&](const char* cell) {
     double right = 0.0;
@@ -275,12 +275,12 @@ TEST_CASE("backgrounds are exchanged between test chips, and compared with gener
   // What sees the background alone answers otherwise. (All classes stand on the same grass here: it recognises nothing.)
   const Json background = chips.json("study/cells/background_none_04_00.json");
   CHECK(background.at("confusion_across") != background.at("confusion"));
-  CHECK(exchanged.out.find("## background") != std::string::npos);
+  CHECK(has(exchanged.out, "## background"));
   CHECK(fs::exists(chips / "study/pictures/exchanged_background.png"));
   const Outcome compared = chips.run({{"--check-clutter", ""}, {"--output", "compared"}});
   INFO(compared.err);
   CHECK(compared.code == 0);
-  CHECK(compared.out.find("measured from generated: ") != std::string::npos);
+  CHECK(has(compared.out, "measured from generated: "));
 }
 
 TEST_CASE("ground that test chips have in common with training chips is found", "[fewshot]") {
@@ -328,7 +328,7 @@ TEST_CASE("chips of several sizes are cut to the smallest", "[fewshot]") {
     const Outcome larger = run_program(SAR_RENDER, {DATA_FOLDER "/cuboid.obj", "--scale", "0.4", "--depression", depression, "--azimuth",
                                                     depression == "17" ? "0:345:15" : "7:345:30", "--size", "120x124", "--spacing", "0.2", "--slant-range",
                                                     "4500", "--ground", "grass", "--looks", "1", "--resolution", "0.3", "--window", "taylor:-35", "--seed",
-                                                    depression, "-q", "-o", "chips/cuboid/" + depression}, chips.path());
+                                                    depression, "-q", "-o", "chips/cuboid/" + depression}, {chips.path()});
     INFO(larger.err);
     REQUIRE(larger.code == 0);
   }
@@ -381,8 +381,8 @@ TEST_CASE("chips are generated for another depression, at which some classes hav
                                   {"--classifiers", "nearest"}, {"--draws", "1"}});
   INFO(rest.err);
   CHECK(rest.code == 0);
-  CHECK(rest.out.find("cuboid recognised, 4 shots") != std::string::npos);
-  CHECK(rest.out.find("cuboid, false alarms:") != std::string::npos);
+  CHECK(has(rest.out, "cuboid recognised, 4 shots"));
+  CHECK(has(rest.out, "cuboid, false alarms:"));
   for (const Json& difference : chips.json("study/report.json").at("differences")) CHECK(difference.at("measure") != "accuracy");
   CHECK(chips.json("study/cells/nearest_rescaled_04_00.json").at("confusion") != chips.json("study/cells/nearest_turned_04_00.json").at("confusion"));
 }

@@ -71,7 +71,7 @@ TEST_CASE("the diagram joins ends of runs and has the best baseline") {
   for (const PlotPoint& p : plot.series[3].points) CHECK(p.y == Approx(33.0));
   CHECK(plot.series[3].points.front().x == Approx(1.0));
   CHECK(plot.series[3].points.back().x == Approx(100.0));
-  CHECK(svg(plot).find("linear") != std::string::npos);
+  CHECK(has(svg(plot), "linear"));
 }
 
 TEST_CASE("the tables tell of runs that diverged and of equal quality") {
@@ -79,9 +79,9 @@ TEST_CASE("the tables tell of runs that diverged and of equal quality") {
   study.runs.push_back(run_of("mlp", 9.0, 1, {}));
   study.runs.back().diverged = "the loss is not finite";
   const std::string text = learning_tables(study);
-  CHECK(text.find("30.00 dB, paper's best") != std::string::npos);
-  CHECK(text.find("38.00 (36.00 to 40.00)") != std::string::npos);
-  CHECK(text.find("diverged") != std::string::npos);
-  CHECK(text.find("Best baseline: linear, 33.00 dB.") != std::string::npos);
-  CHECK(svg(learning_diagram(study)).find("mlp") == std::string::npos);
+  CHECK(has(text, "30.00 dB, paper's best"));
+  CHECK(has(text, "38.00 (36.00 to 40.00)"));
+  CHECK(has(text, "diverged"));
+  CHECK(has(text, "Best baseline: linear, 33.00 dB."));
+  CHECK_FALSE(has(svg(learning_diagram(study)), "mlp"));
 }

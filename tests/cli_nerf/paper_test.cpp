@@ -50,17 +50,17 @@ TEST_CASE("the quick version of the paper's tables has the numbers of the runs t
   const ScratchFolder folder;
   ::setenv("SARNERF_PROGRAMS", SARNERF_PROGRAMS, 1);
   const std::vector<std::string> arguments{PAPER_SCRIPT, "--quick", "--only", "solids", "--seconds", "1", "page"};
-  const Outcome first = run_program("/bin/sh", arguments, folder.path());
+  const Outcome first = run_program("/bin/sh", arguments, {folder.path()});
   INFO(first.err);
   REQUIRE(first.code == 0);
   CHECK(first.out == "page/paper.html\n");
-  CHECK(first.err.find("min left") != std::string::npos);
+  CHECK(has(first.err, "min left"));
   const fs::path page = folder / "page";
   const std::string markdown = sarnerf::read_whole_file(page / "paper.md"), html = sarnerf::read_whole_file(page / "paper.html");
   auto tables = tables_of(markdown);
 
   for (const char* heading : {"Fig. 7", "Fig. 8", "Table 1", "Fig. 9", "Figs. 10 and 11", "Figs. 12 and 13", "Table 3"})
-    CHECK(markdown.find(std::string("\n## ") + heading) != std::string::npos);
+    CHECK(has(markdown, std::string("\n## ") + heading));
   // Only the curve in time depends on how far a training of one second comes; all pictures that were made are on the page.
   std::size_t n_pictures = 0, n_made = 0;
   for (std::size_t at = html.find("data:image/png"); at != std::string::npos; at = html.find("data:image/png", at + 1)) ++n_pictures;
@@ -69,7 +69,7 @@ TEST_CASE("the quick version of the paper's tables has the numbers of the runs t
   for (const char* name : {"fig7_14x8", "fig7_10x10", "fig7_8x14", "fig8_cuboid", "turn_cuboid", "pitch_cuboid.40", "pitch_cuboid.30",
                            "pitch_cuboid.60", "body_cuboid.surface", "body_cuboid.paper"})
     CHECK(fs::exists(page / (std::string(name) + ".png")));
-  CHECK(html.find("src=\"fig") == std::string::npos);
+  CHECK_FALSE(has(html, "src=\"fig"));
 
   int n_methods = 0;
   for (const Row& row : tables["Table 1"]) {
@@ -80,7 +80,7 @@ TEST_CASE("the quick version of the paper's tables has the numbers of the runs t
     CHECK(is_printed(row[3], mean.at("psnr_power_db").get<double>(), 2));
     CHECK(is_printed(row[4], mean.at("ssim_power").get<double>(), 4));
     CHECK(std::stoi(row[7]) == report.at("steps").get<int>());
-    CHECK(html.find(">" + row[3] + "<") != std::string::npos);
+    CHECK(has(html, ">" + row[3] + "<"));
     ++n_methods;
   }
   CHECK(n_methods == 7);
@@ -95,11 +95,11 @@ TEST_CASE("the quick version of the paper's tables has the numbers of the runs t
 
   // Again: nothing is made anew, and the page is the same. With other settings the folder is refused.
   fs::remove(page / "paper.md");
-  const Outcome again = run_program("/bin/sh", arguments, folder.path());
+  const Outcome again = run_program("/bin/sh", arguments, {folder.path()});
   CHECK(again.code == 0);
-  CHECK(again.err.find("min left") == std::string::npos);
+  CHECK_FALSE(has(again.err, "min left"));
   CHECK(sarnerf::read_whole_file(page / "paper.md") == markdown);
-  const Outcome other = run_program("/bin/sh", {PAPER_SCRIPT, "--only", "solids", "page"}, folder.path());
+  const Outcome other = run_program("/bin/sh", {PAPER_SCRIPT, "--only", "solids", "page"}, {folder.path()});
   CHECK(other.code == 2);
-  CHECK(other.err.find("choose another folder") != std::string::npos);
+  CHECK(has(other.err, "choose another folder"));
 }

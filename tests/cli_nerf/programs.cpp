@@ -1,51 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "programs.h"
 
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <csignal>
-#include <thread>
+#include <stdexcept>
 
 #include "sarnerf/core/files.h"
 #include "sarnerf/dataset/image_file.h"
 
 nlohmann::json json_of(const std::filesystem::path& file) { return nlohmann::json::parse(sarnerf::read_whole_file(file)); }
-
-Outcome run_program(std::string program, std::vector<std::string> arguments,
-                    const std::filesystem::path& folder, const Signal& signal) {
-  const ScratchFolder streams;
-  const auto start = std::chrono::steady_clock::now();
-  const auto age_s = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
-  const pid_t child = ::fork();
-  if (child == 0) {
-    std::vector<char*> argv{program.data()};
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    const int out = ::open((streams / "out").c_str(), O_WRONLY | O_CREAT, 0600);
-    const int err = ::open((streams / "err").c_str(), O_WRONLY | O_CREAT, 0600);
-    if (::chdir(folder.c_str()) != 0 || ::dup2(out, 1) < 0 || ::dup2(err, 2) < 0) ::_exit(127);
-    ::execv(program.c_str(), argv.data());
-    ::_exit(127);
-  }
-  int status = 0;
-  while (::waitpid(child, &status, WNOHANG) == 0) {
-    if (const int number = signal ? signal(age_s()) : 0) ::kill(child, number);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  Outcome outcome;
-  outcome.seconds = age_s();
-  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  outcome.out = read_text(streams / "out");
-  outcome.err = read_text(streams / "err");
-  return outcome;
-}
 
 namespace {
 
@@ -72,15 +35,6 @@ sarnerf::Image<float> image_of(const sarnerf::Acquisition& acquisition) {
 }
 
 }  // namespace
-
-bool Outcome::is_error(const std::string& piece) const {
-  constexpr const char* kError = ": error: ";
-  const auto first = err.find(kError);
-  if (first == std::string::npos || err.find(kError, first + 1) != std::string::npos ||
-      err.back() != '\n')
-    return false;
-  return err.find('\n', first) == err.size() - 1 && err.find(piece, first) != std::string::npos;
-}
 
 SmallScene::SmallScene(int n_views) { write_dataset("data", n_views, 0.0); }
 
@@ -121,11 +75,11 @@ Outcome SmallScene::train(const std::vector<std::string>& arguments, const Signa
     return std::ranges::any_of(arguments, [&](const std::string& a) { return a.starts_with(option); });
   };
   if (!given("--field") && !given("--resume") && !given("--config")) all.insert(all.end(), {"--field", "grid"});
-  return run_program(SAR_NERF_TRAIN, all, path(), signal);
+  return run_program(SAR_NERF_TRAIN, all, {path(), signal});
 }
 
 Outcome SmallScene::render(const std::vector<std::string>& arguments, const Signal& signal) const {
-  return run_program(SAR_NERF_RENDER, arguments, path(), signal);
+  return run_program(SAR_NERF_RENDER, arguments, {path(), signal});
 }
 
 Outcome SmallScene::bench(const std::vector<std::string>& arguments) const {
@@ -134,7 +88,7 @@ Outcome SmallScene::bench(const std::vector<std::string>& arguments) const {
 
 Outcome SmallScene::run(const std::string& program,
                         const std::vector<std::string>& arguments) const {
-  return run_program(program, arguments, path());
+  return run_program(program, arguments, {path()});
 }
 
 namespace {

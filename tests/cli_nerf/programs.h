@@ -2,30 +2,13 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "sarnerf/dataset/manifest.h"
+#include "run_program.h"
 #include "scratch_folder.h"
-
-/// What a finished program left behind.
-struct Outcome {
-  int code = -1;  ///< exit code, or minus the signal that ended it
-  std::string out, err;
-  double seconds = 0.0;
-
-  /// Whether stderr's last line is an error of the program that holds the piece, and its only error.
-  bool is_error(const std::string& piece) const;
-};
-
-/// Asked every millisecond while a program runs, with its age; the signal it returns is sent (0: none).
-using Signal = std::function<int(double age_s)>;
-
-/// Runs a program in a folder and waits for it.
-Outcome run_program(std::string program, std::vector<std::string> arguments, const std::filesystem::path& folder,
-                    const Signal& signal = {});
 
 /// What a JSON file holds.
 nlohmann::json json_of(const std::filesystem::path& file);

@@ -36,7 +36,7 @@ TEST_CASE("models that older revisions learned load and render as they did") {
                             Case{"models_9ab3f85/surface", 1e-5}, Case{"models_9ab3f85/paper", 1e-3, plain ? "view_plain.tif" : "view.tif"}}) {
     INFO(model.name);
     const std::filesystem::path folder = std::filesystem::path(MODELS) / model.name;
-    const Outcome view = run_program(SAR_NERF_RENDER, {folder.string(), "--azimuth", "17", "-o", model.name}, scratch.path());
+    const Outcome view = run_program(SAR_NERF_RENDER, {folder.string(), "--azimuth", "17", "-o", model.name}, {scratch.path()});
     INFO(view.err);
     REQUIRE(view.code == 0);
     const auto then = sarnerf::read_image(folder / model.view), now = sarnerf::read_image(scratch / (std::string(model.name) + ".tif"));
@@ -61,7 +61,7 @@ TEST_CASE("residuals that an older version wrote are ignored with a warning") {
   const Outcome view = scene.render({"old", "--azimuth", "12.5", "-o", "then"});
   INFO(view.err);
   REQUIRE(view.code == 0);
-  CHECK(view.err.find("warning: old/model.pt: was written by an older version and holds residuals") != std::string::npos);
+  CHECK(has(view.err, "warning: old/model.pt: was written by an older version and holds residuals"));
   const auto now = sarnerf::read_image(scene / "now.tif"), then = sarnerf::read_image(scene / "then.tif");
   CHECK(std::equal(now.pixels().begin(), now.pixels().end(), then.pixels().begin(), then.pixels().end()));
 }
@@ -80,8 +80,7 @@ TEST_CASE("views of a model come in files of sar_render's form") {
   const auto expected = sarnerf::render_view(*model.field, acquisition_of(view, model.info.aim_m));
   CHECK(std::equal(image.pixels().begin(), image.pixels().end(), expected.pixels().begin(),
                    expected.pixels().end()));
-  CHECK(scene.render({"run", "--azimuth", "12.5", "-o", "view"}).err.find("already done") !=
-        std::string::npos);
+  CHECK(has(scene.render({"run", "--azimuth", "12.5", "-o", "view"}).err, "already done"));
   CHECK(scene.render({"run", "--azimuth", "13", "-o", "view"}).is_error("azimuth_deg"));
   {
     const sarnerf::app::OutputLock other({scene / "view.tif"});
@@ -119,7 +118,7 @@ TEST_CASE("views of a model come in files of sar_render's form") {
     for (const char* file :
          {"dataset.json", "recipe.json", "SHA256SUMS", "images/view_071.tif", "png/view_003.png"})
       CHECK(read_text(scene / "parts" / file) == read_text(scene / "whole" / file));
-    CHECK(scene.render(parts).err.find("already done") != std::string::npos);
+    CHECK(has(scene.render(parts).err, "already done"));
   }
 }
 
@@ -158,9 +157,8 @@ TEST_CASE("views far from all that was trained on come with a warning") {
   };
   CHECK(warning({"--azimuth", "15"}).empty());
   CHECK(warning({"--azimuth", "15", "--pitch", "50"}).empty());
-  CHECK(warning({"--azimuth", "30", "--pitch", "15"}).find("(incidence 15, azimuth 30 deg: 30 deg from the nearest)") !=
-        std::string::npos);
-  CHECK(warning({"--azimuth", "30", "--pitch", "80"}).find("35 deg") != std::string::npos);
+  CHECK(has(warning({"--azimuth", "30", "--pitch", "15"}), "(incidence 15, azimuth 30 deg: 30 deg from the nearest)"));
+  CHECK(has(warning({"--azimuth", "30", "--pitch", "80"}), "35 deg"));
   // A quarter of the azimuths: the other side was not seen.
   sarnerf::Archive archive = sarnerf::read_archive(scene / "run/model.pt");
   Json text = Json::parse(archive.json);
@@ -176,7 +174,7 @@ TEST_CASE("a dry run of views prints the plan and writes nothing") {
   const LearnedScene scene;
   const Outcome plan = scene.render({"run", "--azimuth", "0:350:10", "-o", "views", "--dry-run"});
   CHECK(plan.code == 0);
-  CHECK(plan.out.find("36 of 32 x 32 pixels") != std::string::npos);
+  CHECK(has(plan.out, "36 of 32 x 32 pixels"));
   CHECK_FALSE(std::filesystem::exists(scene / "views"));
   CHECK(scene.render({"run", "--azimuth", "3", "-o", "quiet", "-q"}).out == "quiet.tif\nquiet.png\nquiet.json\n");
   scene.write_dataset("test", 24, 0.0);
@@ -201,7 +199,7 @@ TEST_CASE("the views of a dataset are rendered as their angles give them") {
   REQUIRE(scene.render({"run", "--azimuth", "7.5", "--size", "24", "-o", "one"}).code == 0);
   const auto by_angle = sarnerf::read_image(scene / "one.tif"), by_dataset = sarnerf::read_image(scene / "predicted/images/view_000.tif");
   CHECK(std::equal(by_angle.pixels().begin(), by_angle.pixels().end(), by_dataset.pixels().begin(), by_dataset.pixels().end()));
-  CHECK(scene.render({"run", "--views", "others", "-o", "predicted"}).err.find("already done") != std::string::npos);
+  CHECK(has(scene.render({"run", "--views", "others", "-o", "predicted"}).err, "already done"));
   scene.write_dataset("more", 3, 8.5, 24);
   CHECK(scene.render({"run", "--views", "more", "-o", "predicted"}).code == 2);
   CHECK(scene.render({"run", "--views", "others", "--azimuth", "3"}).is_error("--views takes its views from the dataset; leave out --azimuth"));
@@ -216,9 +214,9 @@ TEST_CASE("a model is compared with the views that it has not seen") {
   const Outcome compared = scene.render({"run", "--against", "test", "-o", "scores"});
   INFO(compared.err);
   REQUIRE(compared.code == 0);
-  CHECK(compared.out.find("12 views of test") != std::string::npos);
-  CHECK(compared.out.find("| nearest view") != std::string::npos);
-  CHECK(compared.out.find("no LPIPS: no weights") != std::string::npos);
+  CHECK(has(compared.out, "12 views of test"));
+  CHECK(has(compared.out, "| nearest view"));
+  CHECK(has(compared.out, "no LPIPS: no weights"));
   const Json scores = json_of(scene / "scores/evaluation.json");
   CHECK(scores.at("views").size() == 12);
   CHECK(scores.at("model").at("views").size() == 12);
@@ -231,10 +229,10 @@ TEST_CASE("a model is compared with the views that it has not seen") {
   std::filesystem::rename(scene / "data", scene / "elsewhere");
   const Outcome without = scene.render({"run", "--against", "test"});
   CHECK(without.code == 0);
-  CHECK(without.err.find("no baselines") != std::string::npos);
-  CHECK(without.out.find("nearest view") == std::string::npos);
-  CHECK(scene.render({"run", "--against", "test", "--training", "elsewhere"})
-            .out.find("nearest view") != std::string::npos);
+  CHECK(has(without.err, "no baselines"));
+  CHECK_FALSE(has(without.out, "nearest view"));
+  CHECK(has(scene.render({"run", "--against", "test", "--training", "elsewhere"})
+            .out, "nearest view"));
 }
 
 TEST_CASE("a model is compared with despeckled views, true neighbours beside it") {
@@ -246,8 +244,8 @@ TEST_CASE("a model is compared with despeckled views, true neighbours beside it"
   const Outcome compared = scene.render(command);
   INFO(compared.err);
   REQUIRE(compared.code == 0);
-  CHECK(compared.out.find("6 despeckled views") != std::string::npos);
-  CHECK(compared.out.find("| true neighbours, blurred by 1") != std::string::npos);
+  CHECK(has(compared.out, "6 despeckled views"));
+  CHECK(has(compared.out, "| true neighbours, blurred by 1"));
   const Json scores = json_of(scene / "scores/evaluation.json");
   CHECK(scores.at("views").size() == 12);
   CHECK_FALSE(scores.contains("bounds"));
@@ -323,7 +321,7 @@ TEST_CASE("range bins too narrow for memory are refused, and threads that cannot
   CHECK(narrow.is_error("too narrow"));
   const Outcome many = scene.render({"run", "--threads", "100000", "-o", "view"});
   CHECK(many.code == 0);
-  CHECK(many.err.find("100000 threads cannot be used here") != std::string::npos);
+  CHECK(has(many.err, "100000 threads cannot be used here"));
 }
 
 TEST_CASE("looking left, a model's view has its rows reversed") {

@@ -34,11 +34,7 @@ Signal after_change(const std::filesystem::path& file, int number) {
 TEST_CASE("an interrupted run goes on bit by bit") {
   const SmallScene scene;
   const std::vector<std::string> options{"data", "--steps", "120", "--threads", "1", "-q"};
-  auto with_output = [&](const char* name) {
-    auto all = options;
-    all.insert(all.end(), {"-o", name});
-    return all;
-  };
+  const auto with_output = [&](const char* name) { return with(options, {"-o", name}); };
   REQUIRE(scene.train(with_output("whole")).code == 0);
 
   const Outcome stopped =
@@ -53,7 +49,7 @@ TEST_CASE("an interrupted run goes on bit by bit") {
     const Outcome resumed = scene.train({"--resume", "parts", "--threads", "1"});
     CHECK(resumed.code == 0);
     CHECK(resumed.out == "parts\n");
-    CHECK(resumed.err.find("continuing after") != std::string::npos);
+    CHECK(has(resumed.err, "continuing after"));
   }
   SECTION("by the same command") { CHECK(scene.train(with_output("parts")).code == 0); }
   CHECK(read_text(scene / "parts/model.pt") == read_text(scene / "whole/model.pt"));
@@ -61,12 +57,12 @@ TEST_CASE("an interrupted run goes on bit by bit") {
 
   const Outcome again = scene.train({"--resume", "parts"});
   CHECK(again.code == 0);
-  CHECK(again.err.find("already done") != std::string::npos);
+  CHECK(has(again.err, "already done"));
   CHECK(scene.train({"--resume", "parts", "--steps", "100"}).code == 2);
   CHECK(scene.train({"--resume", "parts", "--seed", "2"}).is_error("seed: 1 there, 2 now"));
   REQUIRE(scene.train({"--resume", "parts", "--steps", "130"}).code == 0);
   CHECK(sarnerf::read_model(scene / "parts/model.pt").info.steps == 130);
-  CHECK(scene.train({"--resume", "parts"}).err.find("already done") != std::string::npos);
+  CHECK(has(scene.train({"--resume", "parts"}).err, "already done"));
 
   REQUIRE(scene.train({"--config", "whole/config.toml", "-o", "repeated", "--threads", "1"}).code ==
           0);
@@ -85,11 +81,11 @@ TEST_CASE("a damaged model of a finished run is made again, with the same bytes"
     const Outcome again = scene.train(command);
     INFO(again.err);
     CHECK(again.code == 0);
-    CHECK(again.err.find("already done") == std::string::npos);
-    CHECK(again.err.find("missing or damaged: they are made again") != std::string::npos);
+    CHECK_FALSE(has(again.err, "already done"));
+    CHECK(has(again.err, "missing or damaged: they are made again"));
     CHECK(read_text(scene / "run/model.pt") == model);
   }
-  CHECK(scene.train(command).err.find("already done") != std::string::npos);
+  CHECK(has(scene.train(command).err, "already done"));
 }
 
 TEST_CASE("a run that is killed at any instant leaves a checkpoint that loads, and goes on") {
@@ -126,8 +122,8 @@ TEST_CASE("a run that is killed at any instant leaves a checkpoint that loads, a
       scene.train({"--resume", "run", "--time", "10000s"}, after_change(metrics, SIGINT));
   CHECK(last.code == 130);
   // Steps were saved, and came from one program to the next.
-  CHECK(last.err.find("continuing after") != std::string::npos);
-  CHECK(last.err.find("continuing after 0 steps") == std::string::npos);
+  CHECK(has(last.err, "continuing after"));
+  CHECK_FALSE(has(last.err, "continuing after 0 steps"));
   for (const auto& entry : std::filesystem::recursive_directory_iterator(scene / "run"))
     CHECK_FALSE(sarnerf::AtomicFiles::is_temporary(entry.path()));
 }
@@ -136,11 +132,7 @@ TEST_CASE("a run with patience goes on bit by bit, the best model with it") {
   const SmallScene scene(24);
   const std::vector<std::string> options{"data",  "--steps",    "150", "--holdout", "3",
                                          "--patience", "0.3", "--threads", "1",   "-q"};
-  auto with_output = [&](const char* name) {
-    auto all = options;
-    all.insert(all.end(), {"-o", name});
-    return all;
-  };
+  const auto with_output = [&](const char* name) { return with(options, {"-o", name}); };
   REQUIRE(scene.train(with_output("whole")).code == 0);
   REQUIRE(
       scene.train(with_output("parts"), after_lines(scene / "parts/metrics.jsonl", 5, SIGTERM)).code ==

@@ -9,7 +9,7 @@ namespace {
 
 /// Runs a program in the folder; whatever it complains of fails the test.
 void must(const ScratchFolder& folder, const char* program, const std::vector<std::string>& arguments) {
-  const Outcome outcome = run_program(program, arguments, folder.path());
+  const Outcome outcome = run_program(program, arguments, {folder.path()});
   INFO(outcome.err);
   REQUIRE(outcome.code == 0);
 }

@@ -17,9 +17,8 @@ TEST_CASE("a run folder holds a model, its history and its reports") {
   INFO(trained.err);
   REQUIRE(trained.code == 0);
   CHECK(trained.out == "run\n");
-  CHECK(trained.err.find("12 views with the angles of a training view left out") !=
-        std::string::npos);
-  CHECK(trained.err.find("no weights given") != std::string::npos);
+  CHECK(has(trained.err, "12 views with the angles of a training view left out"));
+  CHECK(has(trained.err, "no weights given"));
 
   const sarnerf::Model model = sarnerf::read_model(scene / "run/model.pt");
   CHECK(model.field->kind() == "grid");
@@ -51,8 +50,8 @@ TEST_CASE("a run folder holds a model, its history and its reports") {
   const auto n_pictures = std::distance(std::filesystem::directory_iterator(scene / "run/val"), {});
   CHECK(n_pictures == 8);
   const std::string page = read_text(scene / "run/report.html");
-  CHECK(page.find("<html") != std::string::npos);
-  CHECK(page.find("LPIPS") != std::string::npos);
+  CHECK(has(page, "<html"));
+  CHECK(has(page, "LPIPS"));
 
   const Outcome other =
       scene.train({"data", "--steps", "60", "-o", "run", "--seed", "2", "--against", "test"});
@@ -72,7 +71,7 @@ TEST_CASE("a run's configuration holds what the scene and its comparison were to
   REQUIRE(told.code == 0);
   const std::string config = read_text(scene / "run/config.toml");
   for (const char* line : {"despeckle = \"60.0\"", "register = \"on\"", "ground-height = \"-1.25\"", "scene-height = \"2.5\""})
-    CHECK(config.find(line) != std::string::npos);
+    CHECK(has(config, line));
   CHECK(sarnerf::read_model(scene / "run/model.pt").info.scene_box_m.min.y == -1.25);
   REQUIRE(scene.train({"--config", "run/config.toml", "-o", "again"}).code == 0);
   CHECK(read_text(scene / "again/config.toml") == config);
@@ -90,9 +89,9 @@ TEST_CASE("an impulse response is told to training and taken from views again") 
   const Outcome told = scene.train({"data", "-o", "run", "--steps", "30", "--resolution", "2,1.5", "--window", "taylor:-35", "--explain"});
   INFO(told.err);
   REQUIRE(told.code == 0);
-  CHECK(told.err.find("impulse response  2 x 1.5 m (azimuth x range), window taylor:-35,4") != std::string::npos);
+  CHECK(has(told.err, "impulse response  2 x 1.5 m (azimuth x range), window taylor:-35,4"));
   const std::string config = read_text(scene / "run/config.toml");
-  for (const char* line : {"resolution = \"2.0,1.5\"", "window = \"taylor:-35,4\""}) CHECK(config.find(line) != std::string::npos);
+  for (const char* line : {"resolution = \"2.0,1.5\"", "window = \"taylor:-35,4\""}) CHECK(has(config, line));
   REQUIRE(scene.train({"--config", "run/config.toml", "-o", "again"}).code == 0);
   CHECK(read_text(scene / "again/config.toml") == config);
 
@@ -117,7 +116,7 @@ TEST_CASE("an impulse response is told to training and taken from views again") 
   write_text(scene / "seen/dataset.json", manifest);
   const Outcome impossible = scene.train({"seen", "-o", "impossible", "--steps", "2"});
   CHECK(impossible.code == 0);
-  CHECK(impossible.err.find("is ignored") != std::string::npos);
+  CHECK(has(impossible.err, "is ignored"));
 }
 
 TEST_CASE("training learns: held-out views come closer than they began") {
@@ -199,36 +198,36 @@ TEST_CASE("a dry run prints the plan and writes nothing; a dataset may be named 
   const Outcome plan = scene.train({"data/dataset.json", "-o", "run", "--dry-run"});
   INFO(plan.err);
   CHECK(plan.code == 0);
-  CHECK(plan.out.find("12 views of data, 32 x 32 pixels") != std::string::npos);
+  CHECK(has(plan.out, "12 views of data, 32 x 32 pixels"));
   CHECK_FALSE(std::filesystem::exists(scene / "run"));
   const Outcome trained = scene.train({"data/dataset.json", "--steps", "5", "-q"});
   INFO(trained.err);
   CHECK(trained.code == 0);
   CHECK(trained.out == "data_run\n");
   CHECK(trained.err.empty());
-  CHECK(scene.train({"data", "--steps", "5"}).err.find("already done") != std::string::npos);
+  CHECK(has(scene.train({"data", "--steps", "5"}).err, "already done"));
   CHECK(scene.train({"data", "-o", "data/run"}).is_error("lies inside the input"));
 }
 
 TEST_CASE("what training cannot change is not advised") {
   const SmallScene scene(1);
   CHECK(scene.train({"data", "-o", "run", "--resolution", "0.1"}).is_error("which training cannot change"));
-  CHECK(scene.train({"data", "-o", "run", "--resolution", "0.1"}).err.find("--spacing") == std::string::npos);
+  CHECK_FALSE(has(scene.train({"data", "-o", "run", "--resolution", "0.1"}).err, "--spacing"));
   for (const char* coarse : {"5", "100", "0.9,100"})
     CHECK(scene.train({"data", "-o", "run", "--resolution", coarse}).is_error("too coarse for images"));
   const Outcome memory = scene.train({"data", "-o", "run", "--max-memory", "1M"});
   CHECK(memory.is_error("the images of 1 view "));
-  CHECK(memory.err.find("fewer") == std::string::npos);
+  CHECK_FALSE(has(memory.err, "fewer"));
 }
 
 TEST_CASE("an unfinished dataset is learned from with a warning") {
   const SmallScene scene;
-  CHECK(scene.train({"data", "-o", "whole", "--steps", "3"}).err.find("interrupted") == std::string::npos);
+  CHECK_FALSE(has(scene.train({"data", "-o", "whole", "--steps", "3"}).err, "interrupted"));
   scene.edit("data/dataset.json", "\"format\"", "\"planned_views\": 576, \"format\"");
   const Outcome outcome = scene.train({"data", "-o", "run", "--steps", "3", "--against", "data"});
   CHECK(outcome.code == 0);
-  CHECK(outcome.err.find("warning: data: 12 of 576 views") != std::string::npos);
-  CHECK(outcome.err.find("warning: --against data: 12 of 576 views") != std::string::npos);
+  CHECK(has(outcome.err, "warning: data: 12 of 576 views"));
+  CHECK(has(outcome.err, "warning: --against data: 12 of 576 views"));
 }
 
 TEST_CASE("a training that diverges ends with exit code 4 and keeps the last good state") {
@@ -248,7 +247,7 @@ TEST_CASE("a trial chooses the field, and a run keeps it") {
   const Outcome made = scene.train({"few", "-o", "run", "--field", "auto", "--steps", "20", "--explain"});
   INFO(made.err);
   REQUIRE(made.code == 0);
-  CHECK(made.err.find("held out from a trial of 400 steps") != std::string::npos);
+  CHECK(has(made.err, "held out from a trial of 400 steps"));
   const auto json = [&](const char* name) { return json_of(scene / name); };
   const Json trial = json("run/trial.json"), report = json("run/report.json");
   const std::string field = trial["field"];
@@ -259,9 +258,9 @@ TEST_CASE("a trial chooses the field, and a run keeps it") {
   CHECK(report["seconds"].contains("trial of fields"));
 
   const Outcome again = scene.train({"few", "-o", "run", "--field", "auto", "--steps", "20"});
-  CHECK(again.err.find("already done") != std::string::npos);
-  CHECK(again.err.find("trial") == std::string::npos);
-  CHECK(scene.train({"few", "-o", "run", "--field", field, "--steps", "20"}).err.find("already done") != std::string::npos);
+  CHECK(has(again.err, "already done"));
+  CHECK_FALSE(has(again.err, "trial"));
+  CHECK(has(scene.train({"few", "-o", "run", "--field", field, "--steps", "20"}).err, "already done"));
   REQUIRE(scene.train({"--resume", "run", "--steps", "30", "-q"}).code == 0);
   CHECK(json("run/report.json")["field"]["chosen"] == report["field"]["chosen"]);
 
@@ -276,26 +275,18 @@ TEST_CASE("with patience, training ends when held-out views come no closer") {
     return json_of(scene / run / "report.json").at("steps").get<int>();
   };
   const std::vector<std::string> options{"data", "--steps", "200", "--holdout", "3", "-q"};
-  auto with = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), options.begin(), options.end());
-    return scene.train(more);
-  };
   // Rates too small to come closer to anything.
   const std::vector<std::string> still{"--option", "density_rate=0", "--option", "source_rate=0",
                                        "--option", "n_prunings=0", "--option", "n_levels=1"};
-  auto all = still;
-  all.insert(all.end(), {"--patience", "30%", "-o", "run"});
-  const Outcome ended = with(all);
+  const Outcome ended = scene.train(with(with(options, still), {"--patience", "30%", "-o", "run"}));
   INFO(ended.err);
   REQUIRE(ended.code == 0);
   CHECK(steps_of("run") < 120);
   // The best one is the first that was judged.
   CHECK(sarnerf::read_model(scene / "run/model.pt").info.steps <= 21);
-  CHECK(scene.train({"--resume", "run"}).err.find("already done") != std::string::npos);
+  CHECK(has(scene.train({"--resume", "run"}).err, "already done"));
 
-  all = still;
-  all.insert(all.end(), {"-o", "whole"});
-  REQUIRE(with(all).code == 0);
+  REQUIRE(scene.train(with(with(options, still), {"-o", "whole"})).code == 0);
   CHECK(steps_of("whole") == 200);
   CHECK(scene.train({"data", "-o", "other", "--patience", "soon"}).code == 2);
 }
