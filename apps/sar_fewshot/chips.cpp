@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <random>
 #include <span>
 
@@ -39,18 +40,30 @@ struct ChipOfClass {
   PosedImage image;
 };
 
-/// Whether the options ask for chips of this class and depression.
-bool is_wanted(const Options& o, const std::string& class_name, double depression_deg) {
-  return !class_name.empty() && (o.classes.empty() || std::ranges::find(o.classes, class_name) != o.classes.end()) &&
-         (is_near(depression_deg, o.training_depression_deg) || is_near(depression_deg, o.test_depression_deg));
+/// The chips that the options ask for.
+struct ChipsFound {
+  std::vector<ChipOfClass> chips;
+  std::size_t n_other_depressions = 0;  ///< chips of these classes that were left out
+};
+
+bool is_of_wanted_class(const Options& o, const std::string& class_name) {
+  return !class_name.empty() && (o.classes.empty() || std::ranges::find(o.classes, class_name) != o.classes.end());
 }
 
-std::vector<ChipOfClass> chips_of_table(const Options& o, const Monitor& monitor) {
+/// Whether a chip of a class that is asked for has one of the two depressions; counts those that have not.
+bool is_of_wanted_depression(const Options& o, std::optional<double> depression_deg, ChipsFound& found) {
+  if (depression_deg && (is_near(*depression_deg, o.training_depression_deg) || is_near(*depression_deg, o.test_depression_deg))) return true;
+  ++found.n_other_depressions;
+  return false;
+}
+
+ChipsFound chips_of_table(const Options& o, const Monitor& monitor) {
   const PictureRule rule{.spacing_m = o.spacing_m, .scale = o.scale};
+  ChipsFound found;
   std::vector<IndexedImage> wanted;
   for (const IndexedImage& image : read_image_index(o.table, o.chips))
-    if (image.depression_deg && is_wanted(o, image.class_name, *image.depression_deg)) wanted.push_back(image);
-  std::vector<ChipOfClass> found(wanted.size());
+    if (is_of_wanted_class(o, image.class_name) && is_of_wanted_depression(o, image.depression_deg, found)) wanted.push_back(image);
+  found.chips.resize(wanted.size());
   std::mutex mutex;
   std::size_t n_read = 0;
   parallel_for(wanted.size(), 8, [&](std::size_t begin, std::size_t end, int) {
@@ -59,8 +72,8 @@ std::vector<ChipOfClass> chips_of_table(const Options& o, const Monitor& monitor
       Chip chip = chip_of(wanted[n], rule);
       read_pixels(chip, wanted[n].file, rule);
       for (float& value : chip.image.pixels()) value *= value;
-      found[n] = {wanted[n].class_name, *wanted[n].depression_deg,
-                  {wanted[n].file.filename().string(), acquisition_of(chip.view, glm::dvec3(0.0)), std::move(chip.image)}};
+      found.chips[n] = {wanted[n].class_name, *wanted[n].depression_deg,
+                        {wanted[n].file.filename().string(), acquisition_of(chip.view, glm::dvec3(0.0)), std::move(chip.image)}};
       const std::scoped_lock lock(mutex);
       monitor.report("reading", ++n_read, wanted.size());
     }
@@ -69,24 +82,24 @@ std::vector<ChipOfClass> chips_of_table(const Options& o, const Monitor& monitor
 }
 
 /// Views of all datasets in the folder. A view without a class has that of the folder's subfolder that it lies in.
-std::vector<ChipOfClass> chips_of_datasets(const Options& o, const Monitor& monitor) {
+ChipsFound chips_of_datasets(const Options& o, const Monitor& monitor) {
   std::vector<std::filesystem::path> folders;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(o.chips))
     if (entry.path().filename() == kManifestName) folders.push_back(entry.path().parent_path());
   std::ranges::sort(folders);
-  std::vector<ChipOfClass> found;
+  ChipsFound found;
   for (std::size_t f = 0; f < folders.size(); ++f) {
     const Dataset dataset = read_manifest(folders[f]);
     const std::string subfolder = std::filesystem::relative(folders[f], o.chips).begin()->string();
     const auto class_of = [&](const DatasetView& v) { return v.class_name.empty() ? subfolder : v.class_name; };
     std::vector<std::size_t> which;
     for (std::size_t n = 0; n < dataset.views.size(); ++n)
-      if (is_wanted(o, class_of(dataset.views[n]), dataset.views[n].depression_deg())) which.push_back(n);
+      if (is_of_wanted_class(o, class_of(dataset.views[n])) && is_of_wanted_depression(o, dataset.views[n].depression_deg(), found)) which.push_back(n);
     std::vector<PosedImage> images = load_images(folders[f], dataset, which, monitor);
     for (std::size_t n = 0; n < which.size(); ++n) {
       images[n].acquisition.aim_m = glm::dvec3(0.0);
       const DatasetView& view = dataset.views[which[n]];
-      found.push_back({class_of(view), view.depression_deg(), std::move(images[n])});
+      found.chips.push_back({class_of(view), view.depression_deg(), std::move(images[n])});
     }
     monitor.report("reading", f + 1, folders.size());
   }
@@ -158,13 +171,13 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
   if (!o.validate && std::abs(o.training_depression_deg - o.test_depression_deg) < 2.0 * kSameDepression_deg)
     throw UsageError(format("--test-depression %g: expected %g degrees or more from that of the shots, %g, since depressions are nominal",
                             o.test_depression_deg, 2.0 * kSameDepression_deg, o.training_depression_deg));
-  std::vector<ChipOfClass> found = o.table.empty() ? chips_of_datasets(o, monitor) : chips_of_table(o, monitor);
-  if (found.empty())
+  ChipsFound found = o.table.empty() ? chips_of_datasets(o, monitor) : chips_of_table(o, monitor);
+  if (found.chips.empty())
     throw InputError(format("%s: expected chips%s at %g or %g deg of depression, found none%s", o.chips.c_str(),
                             o.classes.empty() ? "" : " of these classes", o.training_depression_deg, o.test_depression_deg,
                             o.table.empty() ? "; datasets are searched (sar_import makes them), or images of a table (--csv)" : ""));
   std::map<std::string, ClassChips> by_name;
-  for (ChipOfClass& f : found) {
+  for (ChipOfClass& f : found.chips) {
     ClassChips& chips = by_name[f.class_name];
     (is_near(f.depression_deg, o.training_depression_deg) ? chips.training : chips.test).push_back(std::move(f.image));
   }
@@ -195,7 +208,8 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
   for (ClassChips& c : result) c.sha256 = fingerprint_of(c);
   std::size_t n_chips = 0;
   for (const ClassChips& c : result) n_chips += c.training.size() + c.test.size();
-  console.note(counted(n_chips, "chip") + " of " + counted(result.size(), "class", "classes"));
+  console.note(counted(n_chips, "chip") + " of " + counted(result.size(), "class", "classes") +
+               (found.n_other_depressions > 0 ? "; " + counted(found.n_other_depressions, "chip") + " at other depressions left out" : ""));
   return result;
 }
 
