@@ -106,7 +106,7 @@ ChipsFound chips_of_datasets(const Options& o, const Monitor& monitor) {
   return found;
 }
 
-/// Cuts all chips to the size of the smallest, about the middle. Where one has an odd number of pixels less, its middle moves by half of one.
+/// Cuts all chips to the size of the smallest, about the middle.
 void cut_to_one_size(std::vector<ClassChips>& chips) {
   int n_azimuth = std::numeric_limits<int>::max(), n_range = n_azimuth;
   const auto each_chip = [&](const auto& visit) {
@@ -121,10 +121,7 @@ void cut_to_one_size(std::vector<ClassChips>& chips) {
   each_chip([&](PosedImage& chip) {
     Acquisition& a = chip.acquisition;
     if (a.n_azimuth == n_azimuth && a.n_range == n_range) return;
-    const int first_row = (a.n_azimuth - n_azimuth) / 2, first_bin = (a.n_range - n_range) / 2;
-    Image<float> middle(n_azimuth, n_range);
-    for (int i = 0; i < n_azimuth; ++i) std::ranges::copy(chip.power.row(first_row + i).subspan(static_cast<std::size_t>(first_bin), middle.row(i).size()), middle.row(i).begin());
-    chip.power = std::move(middle);
+    chip.power = middle_of(chip.power, n_azimuth, n_range);
     a.n_azimuth = n_azimuth;
     a.n_range = n_range;
   });
@@ -269,11 +266,9 @@ LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const
   LabelledChips result{torch::empty({static_cast<std::int64_t>(chips.size()), side, side}),
                        torch::empty({static_cast<std::int64_t>(chips.size())}, torch::kInt64)};
   for (std::size_t n = 0; n < chips.size(); ++n) {
-    const Image<float>& power = chips[n]->power;
-    const int first_row = (power.n_azimuth() - side) / 2, first_column = (power.n_range() - side) / 2;
-    float* out = result.amplitude[static_cast<std::int64_t>(n)].data_ptr<float>();
-    for (int i = 0; i < side; ++i)
-      for (int j = 0; j < side; ++j) *out++ = std::sqrt(std::max(0.0f, power(first_row + i, first_column + j)));
+    const Image<float> middle = middle_of(chips[n]->power, side, side);
+    std::ranges::transform(middle.pixels(), result.amplitude[static_cast<std::int64_t>(n)].data_ptr<float>(),
+                           [](float power) { return std::sqrt(std::max(0.0f, power)); });
     result.label[static_cast<std::int64_t>(n)] = labels[n];
   }
   return result;

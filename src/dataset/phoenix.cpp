@@ -421,11 +421,7 @@ Chip cropped(Chip chip, int n_azimuth, int n_range, const std::string& where) {
         where + ": " + std::to_string(whole.n_azimuth()) + " x " + std::to_string(whole.n_range()) +
         " pixels (azimuth x range) cannot be cropped to " + std::to_string(n_azimuth) + " x " +
         std::to_string(n_range) + "; choose a smaller crop or leave this image out");
-  const int i0 = (whole.n_azimuth() - n_azimuth) / 2, j0 = (whole.n_range() - n_range) / 2;
-  Image<float> middle(n_azimuth, n_range);
-  for (int i = 0; i < n_azimuth; ++i)
-    for (int j = 0; j < n_range; ++j) middle(i, j) = whole(i0 + i, j0 + j);
-  chip.image = std::move(middle);
+  chip.image = middle_of(whole, n_azimuth, n_range);
   chip.view.n_azimuth = n_azimuth;
   chip.view.n_range = n_range;
   return chip;

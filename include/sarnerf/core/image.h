@@ -42,6 +42,16 @@ class Image {
   std::vector<T> pixels_;
 };
 
+/// The middle `n_azimuth` × `n_range` pixels, which the image must have. Where it has an odd number of pixels more, the middle moves by
+/// half a pixel.
+template <class T>
+Image<T> middle_of(const Image<T>& whole, int n_azimuth, int n_range) {
+  const int first_row = (whole.n_azimuth() - n_azimuth) / 2, first_bin = (whole.n_range() - n_range) / 2;
+  Image<T> middle(n_azimuth, n_range);
+  for (int i = 0; i < n_azimuth; ++i) std::copy_n(whole.row(first_row + i).begin() + first_bin, n_range, middle.row(i).begin());
+  return middle;
+}
+
 /// Bilinear interpolation at a position in pixels. Whole numbers are pixel centres; pixels beyond the border are 0.
 /// Returns 0 where the position is NaN.
 inline double bilinear(const Image<float>& image, double i, double j) {
