@@ -68,7 +68,7 @@ void add_options(CommandLine& command, Options& o) {
 
   command.begin_group("Training");
   command.add("--field", o.field, one_of<std::string>({{"auto", "auto"}, {"surface", "surface"}, {"grid", "grid"}, {"mlp", "mlp"}, {"paper", "paper"}}),
-              "An opaque surface, translucent voxels, the paper's network with all that we know, or the paper's method to the letter; "
+              "An opaque surface, translucent voxels, the paper's network with ground, response, shifts and exact integration, or the paper's method to the letter; "
               "auto: surface or grid, as a short trial on three held-out views decides");
   command.refuse_replaced("--surfaces", "use --field surface");
   command.add("--register", o.registers,
