@@ -24,7 +24,7 @@ namespace {
 /// Nominal depressions differ from measured ones by less than this.
 constexpr double kSameDepression_deg = 0.75;
 
-/// Side of the sectors of a validation, and how many of them lie between two of its test.
+/// Side of the sectors of a validation; one of so many is tested.
 constexpr double kSector_deg = 30.0;
 constexpr int kFolds = 4;
 
@@ -82,7 +82,7 @@ ChipsFound chips_of_table(const Options& o, const Monitor& monitor) {
 }
 
 /// Views of all datasets in the folder. A view without a class has that of the folder's subfolder that it lies in.
-ChipsFound chips_of_datasets(const Options& o, const Monitor& monitor) {
+ChipsFound chips_of_datasets(const Options& o, Console& console, const Monitor& monitor) {
   std::vector<std::filesystem::path> folders;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(o.chips))
     if (entry.path().filename() == kManifestName) folders.push_back(entry.path().parent_path());
@@ -90,6 +90,7 @@ ChipsFound chips_of_datasets(const Options& o, const Monitor& monitor) {
   ChipsFound found;
   for (std::size_t f = 0; f < folders.size(); ++f) {
     const Dataset dataset = read_manifest(folders[f]);
+    if (dataset.unfinished()) console.warning(folders[f].string() + ": " + unfinished_text(dataset));
     const std::string subfolder = std::filesystem::relative(folders[f], o.chips).begin()->string();
     const auto class_of = [&](const DatasetView& v) { return v.class_name.empty() ? subfolder : v.class_name; };
     std::vector<std::size_t> which;
@@ -168,7 +169,7 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
   if (!o.validate && std::abs(o.training_depression_deg - o.test_depression_deg) < 2.0 * kSameDepression_deg)
     throw UsageError(format("--test-depression %g: expected %g degrees or more from that of the shots, %g, since depressions are nominal",
                             o.test_depression_deg, 2.0 * kSameDepression_deg, o.training_depression_deg));
-  ChipsFound found = o.table.empty() ? chips_of_datasets(o, monitor) : chips_of_table(o, monitor);
+  ChipsFound found = o.table.empty() ? chips_of_datasets(o, console, monitor) : chips_of_table(o, monitor);
   if (found.chips.empty())
     throw InputError(format("%s: expected chips%s at %g or %g deg of depression, found none%s", o.chips.c_str(),
                             o.classes.empty() ? "" : " of these classes", o.training_depression_deg, o.test_depression_deg,
@@ -251,7 +252,7 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, c
     std::vector<std::size_t> shots = n_shots == 0 ? usable : spread_shots(c, usable, n_shots, start_deg);
     if (!o.validate)
       for (std::size_t n = 0; n < tested_chips(c, o.validate).size(); ++n)
-        if (!c.test.empty() || !std::ranges::binary_search(shots, n)) test.push_back(n);
+        if (!tests_training(c, o.validate) || !std::ranges::binary_search(shots, n)) test.push_back(n);
     if (o.validate && (shots.empty() || test.empty()))
       throw UsageError(format("--validate: class %s, draw %d: expected shots and test chips, found %zu and %zu; its chips lie in too few sectors of "
                               "%g deg", c.name.c_str(), number, shots.size(), test.size(), kSector_deg));

@@ -28,23 +28,32 @@ namespace {
 /// Faint returns of a vehicle reach farther than the rule of regions finds it, and classifiers use them.
 constexpr int kReachOfTarget_pixels = 8;
 
-/// Pixels of target or shadow that hang together with those next to the centre, and up to `dilation_pixels` around them. Others are speckle.
-Image<std::uint8_t> target_and_shadow(const Image<float>& power, int dilation_pixels) {
+/// Pixels of target or shadow that are connected to those next to the centre, and up to kReachOfTarget_pixels around them. Others are speckle.
+Image<std::uint8_t> target_and_shadow(const Image<float>& power) {
   Image<float> found(power.n_azimuth(), power.n_range());
   if (const std::optional<Regions> regions = find_regions(power)) {
     Image<std::uint8_t> other = regions->target;
     for (std::size_t n = 0; n < other.pixels().size(); ++n) other.pixels()[n] |= regions->shadow.pixels()[n];
     std::ranges::copy(connected_to_middle(other, kReachOfObject_pixels).pixels(), found.pixels().begin());
   }
-  return target_mask(found, {.share_of_peak = 0.0, .dilation_pixels = dilation_pixels});
+  return target_mask(found, {.share_of_peak = 0.0, .dilation_pixels = kReachOfTarget_pixels});
 }
 
-/// The background of a chip. Where its target and its shadow are, that of the edge, half a chip away.
+/// The background of a chip. Where its target and its shadow are, that of the edge, half a chip away along both axes, or, where these hide that
+/// too, along one.
 Image<float> background_of(const Image<float>& power, const Image<std::uint8_t>& hidden) {
   Image<float> result = power;
+  const int half_rows = power.n_azimuth() / 2, half_bins = power.n_range() / 2;
+  const std::pair<int, int> moves[] = {{half_rows, half_bins}, {half_rows, 0}, {0, half_bins}};
   for (int i = 0; i < power.n_azimuth(); ++i)
-    for (int j = 0; j < power.n_range(); ++j)
-      if (hidden(i, j) != 0) result(i, j) = power((i + power.n_azimuth() / 2) % power.n_azimuth(), (j + power.n_range() / 2) % power.n_range());
+    for (int j = 0; j < power.n_range(); ++j) {
+      if (hidden(i, j) == 0) continue;
+      for (const auto& [rows, bins] : moves) {
+        const int from_i = (i + rows) % power.n_azimuth(), from_j = (j + bins) % power.n_range();
+        result(i, j) = power(from_i, from_j);
+        if (hidden(from_i, from_j) == 0) break;
+      }
+    }
   return result;
 }
 
@@ -56,7 +65,7 @@ struct TargetAndBackground {
 };
 
 TargetAndBackground separated(const Image<float>& power) {
-  TargetAndBackground result{&power, target_and_shadow(power, kReachOfTarget_pixels)};
+  TargetAndBackground result{&power, target_and_shadow(power)};
   double sum = 0.0;
   std::size_t n = 0;
   for (std::size_t k = 0; k < power.pixels().size(); ++k) {
@@ -104,8 +113,7 @@ std::vector<std::size_t> donors(std::span<const PosedImage* const> chips, std::s
 }  // namespace
 
 Image<float> relative_background(const Image<float>& power) {
-  constexpr int kDilation_pixels = 3;
-  Image<float> background = background_of(power, target_and_shadow(power, kDilation_pixels));
+  Image<float> background = background_of(power, target_and_shadow(power));
   double sum = 0.0;
   for (const float p : background.pixels()) sum += double{p};
   const auto scale = static_cast<float>(static_cast<double>(background.pixels().size()) / std::max(sum, 1e-300));
@@ -159,7 +167,7 @@ std::vector<GroundOfChip> ground_of(const std::vector<PosedImage>& chips) {
   parallel_for(chips.size(), 8, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t n = begin; n < end; ++n) {
       ground[n] = {chips[n].acquisition.azimuth_rad, gaussian_blur(chips[n].power, kBlur_pixels),
-                   target_and_shadow(chips[n].power, kReachOfTarget_pixels)};
+                   target_and_shadow(chips[n].power)};
       for (float& p : ground[n].root.pixels()) p = std::pow(p, 0.25f);
     }
   });
@@ -304,10 +312,8 @@ std::string clutter_text(const Options& o, const std::vector<ClassChips>& chips,
   make_folder(cache);
   const Draw draw = draw_shots(chips, *std::ranges::max_element(o.shots), 0, o);
   const LabelledChips measured = generated_chips(Arm::measured, chips, draw, o, cache, monitor);
-  GenerationOptions more_looks = o.generation;
-  more_looks.n_backgrounds = 2;
   Options doubled = o;
-  doubled.generation = more_looks;
+  doubled.generation.n_backgrounds = 2;
   const LabelledChips learned = generated_chips(Arm::learned, chips, draw, o, cache, monitor),
                       learned_twice_the_looks = generated_chips(Arm::learned, chips, draw, doubled, cache, monitor);
   const ClutterStatistics a = statistics_of(measured, "measured"), b = statistics_of(learned, "generated");

@@ -243,8 +243,7 @@ LabelledChips views_of_classes(Arm arm, const std::vector<ClassChips>& chips, co
   ViewsOfClasses all;
   for (std::size_t c = 0; c < chips.size(); ++c) {
     monitor.check();
-    const bool tests_training = o.validate || chips[c].test.empty();
-    const std::span<const std::size_t> test = tests_training ? std::span(draw.test[c]) : std::span<const std::size_t>();
+    const std::span<const std::size_t> test = tests_training(chips[c], o.validate) ? std::span(draw.test[c]) : std::span<const std::size_t>();
     all.add(views_of(arm, chips[c], shots_of(chips[c], draw.shots[c]), test, o), c);
   }
   return all.chips();
@@ -456,9 +455,15 @@ Image<std::uint8_t> picture_of_rows(const std::vector<LabelledChips>& rows, std:
 
 std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o,
                                                const std::filesystem::path& cache, const Monitor& monitor) {
-  std::vector<LabelledChips> sets{generated_chips(Arm::measured, chips, draw, o, cache, monitor)};
+  std::vector<Arm> arms;  // joined ones as their parts
   for (const Arm arm : o.arms)
-    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && arm != Arm::turned_both && !beside_turned(arm))
+    for (const Arm part : {beside_turned(arm) ? Arm::turned : arm, beside_turned(arm).value_or(arm)})
+      if (std::ranges::find(arms, part) == arms.end()) arms.push_back(part);
+  Draw of_all_chips = draw;  // a picture may show test chips
+  of_all_chips.test.assign(chips.size(), {});
+  std::vector<LabelledChips> sets{generated_chips(Arm::measured, chips, of_all_chips, o, cache, monitor)};
+  for (const Arm arm : arms)
+    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && arm != Arm::turned_both)
       sets.push_back(generated_chips(arm, chips, draw, o, cache, monitor));
   std::vector<Image<std::uint8_t>> pictures;
   for (std::size_t c = 0; c < chips.size(); ++c) {

@@ -90,15 +90,15 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.add("--shots", o.shots, shot_counts(), "Shots of each class; all: every chip");
   command.add("--draws", o.n_draws, whole("N", 1, 1000), "Draws of shots: each has starts and a seed of its own");
   command.add_flag("--same-azimuths", o.same_azimuths, "Shots of all classes at the same azimuths, as near as their chips allow; default: a random start for each class");
-  command.add("--arms", o.arms,
-              some_of<Arm>({Arm::none, Arm::turned, Arm::turned_both, Arm::turned_circle, Arm::rescaled, Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::corrected, Arm::measured}),
-              "What is added to the shots: none, turned, turned-both, turned-360, rescaled, interpolated, learned, learned+turned, interpolated+turned, corrected, measured");
+  std::string arms = "What is added to the shots: ";
+  for (const Arm arm : kArms) arms += (arm == kArms[0] ? "" : ", ") + std::string(name(arm));
+  command.add("--arms", o.arms, some_of<Arm>({std::begin(kArms), std::end(kArms)}), arms.c_str());
   command.add("--classifiers", o.classifiers,
               some_of<Classifier>({Classifier::a_convnet, Classifier::resnet50, Classifier::nearest_neighbour, Classifier::background}),
               "Of a-convnet, resnet50, nearest and background");
   command.add_flag("--quick", quick, "Four classes, 12 shots, one draw, the arms none, turned and learned, short trainings: about five minutes, to see what there is");
   command.add_flag("--validate", o.validate,
-                   "Test on sectors of 30 deg of the training depression, away from the shots: to choose options by");
+                   "Test on every fourth sector of 30 deg of the training depression, which hold no shots: to choose options by");
 
   command.add_flag("--test-rest", o.test_rest,
                    "Test classes without chips at the test depression on their training chips that are no shots");
@@ -141,7 +141,7 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
                                      {"rotated-mean", Interpolation::rotated_mean}}),
               "How interpolated chips are made of neighbouring shots");
   command.add("--generate-depression", o.generation.depression_deg, between("DEG", 1.0, 89.0),
-              "Depression of rescaled, interpolated and learned chips; default: that of the shots");
+              "Depression of rescaled, interpolated, learned and corrected chips; default: that of the shots");
   command.add("--field", o.generation.field, one_of<std::string>({{"grid", "grid"}, {"surface", "surface"}}), "Field that is learned from the shots: grid or surface (five times as long)");
   command.add("--field-steps", o.generation.field_steps, whole("N", 1, 1'000'000), "Steps of its training");
   command.add("--speckle", o.generation.speckle, one_of<Speckle>({{"shots", Speckle::shots}, {"nearest", Speckle::nearest_shot}, {"off", Speckle::none}}),
@@ -167,11 +167,14 @@ void require_sense(const Options& o) {
   if (o.check_clutter && (o.generation.depression_deg || o.test_rest || o.generation.speckle != Speckle::shots))
     throw UsageError("--check-clutter: compares clutter of learned chips with that of measured ones at the same azimuths and depression; leave out "
                      "--generate-depression, --test-rest and --speckle");
+  if (o.check_clutter && has(o.shots, 0))
+    throw UsageError("--check-clutter: expected a number of shots (--shots), found all: nothing would be generated");
   if (o.check_ground && (o.validate || o.check_clutter))
     throw UsageError("--check-ground: compares chips of both depressions, and nothing else; leave out --validate and --check-clutter");
   if (has(o.classifiers, Classifier::background) && !has(o.arms, Arm::none))
     throw UsageError("--classifiers background: learns from the shots alone; add none to --arms");
-  if (o.generation.depression_deg && has(o.arms, Arm::interpolated) && o.generation.interpolation == Interpolation::linear)
+  const bool interpolates = has(o.arms, Arm::interpolated) || has(o.arms, Arm::interpolated_turned);
+  if (o.generation.depression_deg && interpolates && o.generation.interpolation == Interpolation::linear)
     throw UsageError("--interpolation linear: does not rescale to --generate-depression; choose another one");
   if ((o.check_clutter || o.check_ground) && !(o.chips_folder.empty() && o.draws_folder.empty()))
     throw UsageError("--export, --export-draws: write chips and do nothing else; leave out --check-clutter and --check-ground");

@@ -123,7 +123,7 @@ bool is_compared(Arm arm, Arm reference) {
   return place(arm) > place(reference);
 }
 
-/// Differences by draw. All chips as shots are one draw, whatever the seeds: nothing to compare by.
+/// Differences by draw. All chips as shots are one draw, whatever the seeds, except in a validation: nothing to compare by.
 std::vector<Comparison> comparisons(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells) {
   std::vector<Comparison> all;
   for (const Measure& measure : measures_of(o, chips))
@@ -134,7 +134,7 @@ std::vector<Comparison> comparisons(const Options& o, const std::vector<ClassChi
           const std::size_t first = all.size();
           std::vector<double> p;
           for (const int n_shots : o.shots) {
-            if (n_shots == 0) continue;
+            if (n_shots == 0 && !o.validate) continue;
             const std::vector<double> differences =
                 differences_by_draw(values_of(cells, classifier, arm, n_shots, measure.value),
                                     values_of(cells, classifier, reference, n_shots, measure.value));
@@ -185,7 +185,7 @@ std::string difference_table(const Options& o, const std::vector<Comparison>& al
         }
         any = true;
         const PairedDifference& d = found->difference;
-        row.push_back(d.n < 2 ? format("%+.1f", d.mean)
+        row.push_back(d.n < 2 || d.low == d.high ? format("%+.1f", d.mean)
                               : format("%+.1f (%+.1f to %+.1f), p %.2g, from %.1f", d.mean, d.low, d.high, found->p_holm,
                                        d.smallest_detectable));
       }
@@ -306,7 +306,7 @@ std::string study_text(const Options& o, const std::vector<ClassChips>& chips, c
                               o.test_rest ? ", and on those at the training depression that are no shots of classes without any" : "");
   text += format("Accuracy in %%, mean ± standard deviation over %s of shots.%s\n",
                  counted(static_cast<std::uint64_t>(o.n_draws), "draw").c_str(),
-                 std::ranges::find(o.shots, 0) == o.shots.end() ? "" : " With all chips as shots, draws differ by the seed alone.");
+                 o.validate || std::ranges::find(o.shots, 0) == o.shots.end() ? "" : " With all chips as shots, draws differ by the seed alone.");
   const std::vector<Measure> measures = measures_of(o, chips);
   const std::vector<Comparison> compared = comparisons(o, chips, cells);
   for (const Classifier classifier : o.classifiers) {
@@ -314,7 +314,7 @@ std::string study_text(const Options& o, const std::vector<ClassChips>& chips, c
     if (const std::string recall = recall_table(o, measures, cells, classifier); !recall.empty())
       text += format("Classes with chips at %g°: how many of these are recognised, and how many chips of the classes without any, at %g° and no shots, are "
                      "taken for them:\n\n", o.test_depression_deg, o.training_depression_deg) + recall +
-              "\nAll test chips together, most of them at the depression of the shots:\n\n";
+              "\nAll test chips together:\n\n";
     text += accuracy_table(o, cells, classifier);
     bool any = false;
     for (const Measure& measure : measures) {
@@ -325,8 +325,8 @@ std::string study_text(const Options& o, const std::vector<ClassChips>& chips, c
     }
     if (any)
       text += "\n*Paired by draw: mean (95 % interval of Student's t), p raised by Holm's method over the numbers of shots, and the smallest "
-              "true difference that the interval of a study of this size excludes from 0 in 80 % of cases. Arms, references and classifiers "
-              "are not corrected for.*\n";
+              "true difference that the interval of a study of this size excludes from 0 in about 80 % of cases (five draws or more; without Holm's "
+              "correction). Arms, references and classifiers are not corrected for.*\n";
     if (const std::string exchanged = exchange_table(o, cells, classifier); !exchanged.empty())
       text += "\nWith the background exchanged between test chips. The exchange within classes is a control: what it costs is the fault of the exchange; "
               "what the one across classes costs more is what the classifier owes to the background:\n\n" + exchanged;

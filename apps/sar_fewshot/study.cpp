@@ -16,8 +16,8 @@ namespace sarnerf::app {
 
 namespace {
 
-/// Raised whenever the same chips and options would give other cells or other generated chips.
-constexpr int kMethod = 8;
+/// Raised whenever the same chips and options would give other draws, generated or test chips. kTrainingMethod is that of networks.
+constexpr int kMethod = 9;
 
 std::string fingerprint_of(const std::vector<ClassChips>& chips) {
   std::string text;
@@ -40,7 +40,7 @@ Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
                      {"test_depression_deg", o.validate ? Json("none: a validation") : Json(o.test_depression_deg)},
                      {"test_rest", o.test_rest},
                      {"exchange_clutter", o.exchange}}},
-          {"classifiers", {{"steps", c.n_steps}, {"batch", c.batch}, {"rate", c.rate}, {"weight_decay", c.weight_decay},
+          {"classifiers", {{"method", kTrainingMethod}, {"steps", c.n_steps}, {"batch", c.batch}, {"rate", c.rate}, {"weight_decay", c.weight_decay},
                            {"label_smoothing", c.label_smoothing}, {"shift_pixels", c.shift_pixels}, {"gain_jitter", c.gain_jitter}, {"shot_fraction", c.shot_fraction}}},
           {"generated", {{"step_deg", g.step_deg}, {"reach_deg", g.reach_deg},
                          {"depression_deg", g.depression_deg ? Json(*g.depression_deg) : Json("that of the shots")}, {"interpolation", name(g.interpolation)},
@@ -154,7 +154,7 @@ void each_cell(const Options& o, const Visit& visit) {
     for (int number = 0; number < o.n_draws; ++number)
       for (const Arm arm : o.arms)
         for (const Classifier classifier : o.classifiers)
-          if (is_asked(classifier, arm)) visit(Cell{classifier, std::string(name(arm)), n_shots, number, {}, {}, {}, {}, 0.0});
+          if (is_asked(classifier, arm)) visit(Cell{classifier, std::string(name(arm)), n_shots, number, {}, {}, {}, {}, {}, 0.0});
 }
 
 std::size_t number_of_cells(const Options& o) {
@@ -204,6 +204,7 @@ void read_cell(Cell& cell, const std::filesystem::path& file, bool exchanged, st
     cell.confusion = json.at("confusion").get<Confusion>();
     cell.within = json.value("confusion_within", Confusion());
     cell.across = json.value("confusion_across", Confusion());
+    cell.device = json.value("device", "");
     cell.seconds = json.at("seconds");
   } catch (const Json::exception&) {
     throw InputError(file.string() + ": expected a cell of a study, found something else; remove the file");
@@ -238,7 +239,7 @@ std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chi
         for (const Classifier classifier : o.classifiers) {
           if (!is_asked(classifier, arm)) continue;
           monitor.check();
-          Cell& cell = cells.emplace_back(Cell{classifier, std::string(name(arm)), n_shots, number, study, {}, {}, {}, 0.0});
+          Cell& cell = cells.emplace_back(Cell{classifier, std::string(name(arm)), n_shots, number, study, {}, {}, {}, {}, 0.0});
           const auto file = file_of(o, cell);
           if (std::filesystem::exists(file)) {
             read_cell(cell, file, o.exchange, chips.size());

@@ -44,6 +44,9 @@ enum class Arm {
 };
 std::string_view name(Arm arm);
 
+inline constexpr Arm kArms[] = {Arm::none,         Arm::turned,  Arm::turned_both,    Arm::turned_circle,       Arm::rescaled, Arm::interpolated,
+                                Arm::learned,      Arm::learned_turned, Arm::interpolated_turned, Arm::corrected, Arm::measured};
+
 /// What the clutter of a learned view is.
 enum class Speckle {
   none,          ///< its mean
@@ -55,7 +58,7 @@ enum class Speckle {
 struct GenerationOptions {
   double step_deg = 5.0;    ///< between generated views
   double reach_deg = 45.0;  ///< largest distance of a generated view from a shot; never more than half the gap
-  std::optional<double> depression_deg;  ///< of rescaled, interpolated and learned views; without: that of the shots
+  std::optional<double> depression_deg;  ///< of rescaled, interpolated, learned and corrected views; without: that of the shots
   Interpolation interpolation = Interpolation::rotated_linear;
   std::string field = "grid";
   std::int64_t field_steps = 200;
@@ -104,9 +107,12 @@ struct ClassChips {
   std::string sha256;  ///< of all of it
 };
 
-/// The chips that Draw::test refers to: those of the training depression in a validation, and where there are no others.
+/// Whether chips of the training depression are tested: in a validation, and where there are no others.
+inline bool tests_training(const ClassChips& chips, bool validate) { return validate || chips.test.empty(); }
+
+/// The chips that Draw::test refers to.
 inline const std::vector<PosedImage>& tested_chips(const ClassChips& chips, bool validate) {
-  return validate || chips.test.empty() ? chips.training : chips.test;
+  return tests_training(chips, validate) ? chips.training : chips.test;
 }
 
 /// Between two azimuths.
@@ -125,7 +131,8 @@ struct Draw {
 };
 
 /// Shots at equal steps of azimuth from a random start for each class, or from one for all; the nearest chip to each step. In a validation, chips of
-/// every fourth sector of 30°, beginning with the draw's number, are the test, and all shots lie in the other sectors. Otherwise all
+/// every fourth sector of 30°, beginning with the draw's number, are the test, and all shots lie in the other sectors: a step in a tested sector
+/// gets a shot at its border, and four draws on the same sectors are tested again. Otherwise all
 /// chips at the test depression are, or, of a class without any, all training chips that are no shots.
 Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, const Options& options);
 
@@ -141,8 +148,8 @@ Image<std::uint8_t> picture_of_rows(const std::vector<LabelledChips>& rows, std:
 /// The test chips of a draw; with exchanged backgrounds too, if the options ask for them.
 TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, const Options& options);
 
-/// For the eye, a picture for each class, in decibels on one scale: measured chips, and below them what the arms make at the same
-/// azimuths, as classifiers get it.
+/// For the eye, a picture for each class, in decibels on one scale: measured chips at the azimuths of generated ones, and below them what the
+/// arms make, as classifiers get it; a row each, evenly spread.
 std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
                                                const std::filesystem::path& cache, const Monitor& monitor);
 
@@ -170,7 +177,8 @@ void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips,
 std::string ground_text(const std::vector<ClassChips>& chips, const Monitor& monitor);
 
 /// Statistics of the background of measured chips and of learned ones at the same azimuths, and how often a network can tell them apart;
-/// in Markdown. Of the first draw with the most shots.
+/// in Markdown. Of the first draw with the most shots. The corners of a learned view are those of a shot, mirrored: what is asked is whether
+/// that shows, not whether clutter under a shot's target was filled in well.
 std::string clutter_text(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
 
 /// Makes all cells that are not in the folder yet, and writes each as it ends. Throws Interrupted.

@@ -78,7 +78,7 @@ Options parse(const std::vector<std::string>& arguments) {
 
 /// Makes a cell, unless there is one of the same study.
 void make_cell_file(const Options& o, Classifier classifier, const std::string& arm, const DrawFile& draw) {
-  Cell cell{classifier, arm, draw.n_shots, draw.draw, draw.study, {}, {}, {}, 0.0};
+  Cell cell{classifier, arm, draw.n_shots, draw.draw, draw.study, {}, {}, {}, {}, 0.0};
   const auto file = o.output / cell_file_name(cell);
   if (std::ifstream in(file); in) {
     const std::string text((std::istreambuf_iterator<char>(in)), {});

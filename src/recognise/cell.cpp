@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include <torch/csrc/jit/serialization/pickle.h>
+#include <ATen/Parallel.h>
 #include <torch/types.h>
 
 #include "sarnerf/recognise/cell.h"
@@ -47,6 +48,8 @@ void make_cell(Cell& cell, const TrainingChips& training, const TestChips& test,
   cell.confusion = next(test.measured);
   cell.within = next(test.within);
   cell.across = next(test.across);
+  cell.device = options.device.str();
+  if (options.device.is_cpu()) cell.device += ", " + std::to_string(at::get_num_threads()) + (at::get_num_threads() == 1 ? " thread" : " threads");
   cell.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -79,6 +82,7 @@ std::string cell_json(const Cell& cell) {
        << ",\n \"confusion\": " << json_rows(cell.confusion);
   if (!cell.within.empty())
     json << ",\n \"confusion_within\": " << json_rows(cell.within) << ",\n \"confusion_across\": " << json_rows(cell.across);
+  if (!cell.device.empty()) json << ",\n \"device\": \"" << cell.device << "\"";
   json << ",\n \"seconds\": " << cell.seconds << "\n}\n";
   return json.str();
 }
@@ -89,7 +93,7 @@ namespace {
 
 using Dictionary = c10::impl::GenericDict;
 
-constexpr const char* kFormat = "sarnerf-draw-2";
+constexpr const char* kFormat = "sarnerf-draw-3";
 
 void put(Dictionary& file, const std::string& name, const LabelledChips& chips) {
   const bool any = chips.size() > 0;
@@ -138,6 +142,7 @@ void each_number(Options& o, const Visit& visit) {
 void write_draw_file(const std::string& path, const DrawFile& draw) {
   Dictionary file(c10::StringType::get(), c10::AnyType::get());
   file.insert("format", std::string(kFormat));
+  file.insert("training_method", static_cast<std::int64_t>(kTrainingMethod));
   file.insert("study", draw.study);
   file.insert("classes", lines(draw.classes));
   file.insert("shots_of_each_class", static_cast<std::int64_t>(draw.n_shots));
@@ -170,6 +175,7 @@ DrawFile read_draw_file(const std::string& path) {
   try {
     const Dictionary file = torch::jit::pickle_load(bytes).toGenericDict();
     if (file.at("format").toStringRef() != kFormat) throw std::runtime_error("format");
+    if (file.at("training_method").toInt() != kTrainingMethod) throw std::runtime_error("training_method");
     DrawFile draw;
     draw.study = file.at("study").toStringRef();
     draw.classes = texts_of(file, "classes");
@@ -183,7 +189,7 @@ DrawFile read_draw_file(const std::string& path) {
     for (const std::string& arm : texts_of(file, "arms")) draw.generated[arm] = chips_of(file, arm);
     return draw;
   } catch (const std::exception&) {
-    throw std::runtime_error(path + ": is not a file of a draw of shots (sar_fewshot --export-draws), or is damaged (" +
+    throw std::runtime_error(path + ": is not a file of a draw of shots (sar_fewshot --export-draws of this version), or is damaged (" +
                              std::to_string(bytes.size()) + " bytes)");
   }
 }

@@ -36,6 +36,9 @@ int crop_pixels(Classifier classifier) {
 
 namespace {
 
+/// So many test chips are asked about at once: of thousands of chips, convolutions would take gigabytes.
+constexpr std::int64_t kPart = 256;
+
 void require_room(const torch::Tensor& amplitude, int side, int margin) {
   const std::int64_t least = side + 2 * margin;
   if (amplitude.dim() != 3 || amplitude.size(1) < least || amplitude.size(2) < least)
@@ -152,7 +155,7 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
   net->eval();
   const torch::NoGradGuard guard;
   std::vector<torch::Tensor> scores;
-  for (const torch::Tensor& part : test_amplitude.split(256))
+  for (const torch::Tensor& part : test_amplitude.split(kPart))
     scores.push_back(torch::log_softmax(net->forward(normalised_crops(part, side).unsqueeze(1).to(o.device)), 1).cpu());
   const torch::Tensor all = torch::cat(scores);
   if (!torch::isfinite(all).all().item<bool>()) throw std::runtime_error("the network diverged: its scores are not finite; choose a lower rate");
@@ -180,9 +183,12 @@ torch::Tensor blurred(const torch::Tensor& chips) {
 torch::Tensor templates(const torch::Tensor& amplitude) {
   const int side = crop_pixels(Classifier::nearest_neighbour);
   require_room(amplitude, side, 0);
-  const torch::Tensor root = blurred(amplitude.clamp_min(0.0).sqrt());
-  return standardised(root.narrow(1, (root.size(1) - side) / 2, side).narrow(2, (root.size(2) - side) / 2, side)).flatten(1) /
-         side;
+  std::vector<torch::Tensor> all;
+  for (const torch::Tensor& part : amplitude.split(kPart)) {
+    const torch::Tensor root = blurred(part.clamp_min(0.0).sqrt());
+    all.push_back(standardised(root.narrow(1, (root.size(1) - side) / 2, side).narrow(2, (root.size(2) - side) / 2, side)).flatten(1) / side);
+  }
+  return torch::cat(all);
 }
 
 torch::Tensor nearest_scores(const LabelledChips& training, const torch::Tensor& test_amplitude, int n_classes) {

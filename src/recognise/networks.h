@@ -10,7 +10,8 @@ namespace sarnerf {
 /// the paper: with 8 shots it costs 0.5 to 11 points, by rate and smoothing (docs/results/recognition_choices.md).
 torch::nn::Sequential a_convnet(int n_classes);
 
-/// ResNet-50 (He, Zhang, Ren and Sun, CVPR 2016) for one channel: 7 × 7 / 2, 3 × 3 maximum / 2, then 3, 4, 6 and 3 bottlenecks.
+/// ResNet-50 (He, Zhang, Ren and Sun, CVPR 2016) for one channel: 7 × 7 / 2, 3 × 3 maximum / 2, then 3, 4, 6 and 3 bottlenecks,
+/// which halve the image in their 3 × 3 convolution (the paper: in the first 1 × 1).
 /// [n, 1, h, w] → [n, classes].
 torch::nn::Sequential resnet50(int n_classes);
 

@@ -32,10 +32,11 @@ struct Cell {
   int n_shots = 0, draw = 0;            ///< 0 shots: all chips
   std::string study;                    ///< fingerprint of the study's chips and options
   Confusion confusion, within, across;  ///< of TestChips
+  std::string device;                   ///< "cpu, 2 threads": networks of other devices differ by rounding, and by what follows from it
   double seconds = 0.0;
 };
 
-/// Trains one classifier and tests it: fills the cell's answers and seconds. Throws as classify() does.
+/// Trains one classifier and tests it: fills the cell's answers, device and seconds. Throws as classify() does.
 void make_cell(Cell& cell, const TrainingChips& training, const TestChips& test, int n_classes, const ClassifierOptions& options,
                const ProgressReport& report = {});
 
@@ -58,7 +59,7 @@ struct DrawFile {
 };
 
 /// A pickled dictionary of tensors, numbers and texts, which Python's torch.load() reads too. The device is not kept. The file appears
-/// when it is complete. Throws std::runtime_error for a file that cannot be written, or is something else.
+/// when it is complete. Throws std::runtime_error for a file that cannot be written, is something else, or is of another kTrainingMethod.
 void write_draw_file(const std::string& path, const DrawFile& draw);
 DrawFile read_draw_file(const std::string& path);
 

@@ -41,6 +41,9 @@ std::string_view name(Classifier classifier);
 /// Side of the square that a classifier looks at (pixels), the same for all chips.
 int crop_pixels(Classifier classifier);
 
+/// Raised whenever the same chips and options would give other networks. Cells of a study have one.
+inline constexpr int kTrainingMethod = 1;
+
 /// How networks are trained. Every arm of a study has the same.
 struct ClassifierOptions {
   int n_steps = 600;
