@@ -90,11 +90,31 @@ std::string write_report(const Options& o, const std::vector<ClassChips>& chips,
   return tables;
 }
 
+/// Throws UsageError if a study of these chips needs more memory than it may take. The numbers of a program and of its networks were measured.
+void refuse_beyond_memory(const Options& o, const MemoryLimit& limit, const std::vector<ClassChips>& chips) {
+  constexpr std::uint64_t kProgram = 500'000'000, kBatchChip = 2'000'000, kBatchChipOfResnet = 14'000'000;
+  constexpr std::uint64_t kStoredChip = sizeof(float) * kStoredSide * kStoredSide;
+  std::uint64_t pixels = 0, n_tested = 0;
+  for (const ClassChips& c : chips) {
+    n_tested += tested_chips(c, o.validate).size();
+    for (const auto* list : {&c.training, &c.test})
+      for (const PosedImage& chip : *list) pixels += chip.power.pixels().size();
+  }
+  const bool resnet = std::ranges::find(o.classifiers, Classifier::resnet50) != o.classifiers.end();
+  const std::uint64_t needed = kProgram + static_cast<std::uint64_t>(o.training.batch) * (resnet ? kBatchChipOfResnet : kBatchChip) +
+                               sizeof(float) * pixels + 2 * (o.exchange ? 3 : 1) * n_tested * kStoredChip;
+  if (limit.allows(needed)) return;
+  throw UsageError("the study of " + counted(n_tested, "test chip") + " needs about " + bytes_text(needed) + ", and " + limit.text() +
+                   "; use fewer --classes, a smaller --batch" + (o.exchange ? ", or no --exchange-clutter" : ""));
+}
+
 void run(const Options& options, Console& console) {
+  const MemoryLimit limit = memory_limit(options.shared);
   const Monitor monitor{[&](std::string_view stage, std::uint64_t done, std::uint64_t total) { console.progress(stage, done, total); },
                         &stop_requested()};
   const std::vector<ClassChips> chips = read_chips(options, console, monitor);
   require_draws(options, chips);
+  refuse_beyond_memory(options, limit, chips);
   if (options.dry_run) {
     print_result(plan_text(options, chips));
     return;

@@ -9,6 +9,7 @@
 
 #include "catch.h"
 #include "programs.h"
+#include "sarnerf/dataset/image_file.h"
 #include "sarnerf/recognise/cell.h"
 
 namespace {
@@ -141,6 +142,9 @@ TEST_CASE("what a study cannot mean is refused before anything is written", "[fe
   refused(2, "leave out", {{"--check-clutter", ""}, {"--speckle", "nearest"}});
   refused(2, "add none", {{"--classifiers", "nearest,background"}, {"--arms", "turned"}});
   refused(2, "does not rescale", {{"--arms", "none,interpolated"}, {"--interpolation", "linear"}, {"--generate-depression", "30"}});
+  refused(2, "does not rescale", {{"--arms", "none,interpolated+turned"}, {"--interpolation", "linear"}, {"--generate-depression", "30"}});
+  refused(2, "found all", {{"--check-clutter", ""}, {"--shots", "all"}});
+  refused(2, "--max-memory allows 100 MiB", {{"--max-memory", "100M"}});
   refused(2, "--csv", {{"--amplitude-scale", "2"}});
   refused(2, "leave out --check-clutter", {{"--check-clutter", ""}, {"--export", "exported"}});
   refused(2, "or all", {{"--shots", "4,al"}});
@@ -248,6 +252,7 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
   const sarnerf::DrawFile validation = draw("validation", {{"--arms", "measured"}, {"--validate", ""}, {"--reach", "180"}});
   const sarnerf::LabelledChips& measured = validation.generated.at("measured");
   CHECK(measured.size() > 0);
+  REQUIRE(validation.test.measured.size() > 0);
   for (std::int64_t n = 0; n < validation.test.measured.size(); ++n)
     CHECK_FALSE((measured.amplitude == validation.test.measured.amplitude[n]).flatten(1).all(1).any().item<bool>());
 }
@@ -379,6 +384,37 @@ TEST_CASE("images that a table lists are studied like datasets", "[fewshot]") {
   CHECK(!fs::exists(chips / "short"));
 }
 
+TEST_CASE("several numbers of shots are corrected for, all chips are compared with nothing, and joined arms are shown in parts", "[fewshot]") {
+  const ThreeClasses chips;
+  const Outcome done = chips.run({{"--shots", "2,4,all"}, {"--arms", "none,turned-360,interpolated+turned"}, {"--classifiers", "nearest"}});
+  INFO(done.err);
+  REQUIRE(done.code == 0);
+  CHECK(has(done.out, "draws differ by the seed alone"));
+  CHECK(fs::exists(chips / "study/cells/nearest_turned-360_00_01.json"));
+  std::map<std::string, std::map<int, Json>> by_pair;
+  for (const Json& d : chips.json("study/report.json").at("differences"))
+    by_pair[d.at("arm").get<std::string>() + " - " + d.at("reference").get<std::string>()][d.at("shots")] = d;
+  REQUIRE(by_pair.size() == 3);
+  for (const auto& [pair, by_shots] : by_pair) {
+    INFO(pair);
+    REQUIRE(by_shots.size() == 2);
+    REQUIRE(by_shots.count(0) == 0);
+    // Two draws: Student's t of one degree of freedom has its p in closed form, and the smaller one counts twice.
+    const auto p = [&](int shots) {
+      const Json& d = by_shots.at(shots);
+      const double half_width = 0.5 * (d.at("high").get<double>() - d.at("low").get<double>());
+      if (half_width == 0.0) return d.at("points") == 0.0 ? 1.0 : 0.0;
+      return 1.0 - 2.0 / M_PI * std::atan(std::abs(d.at("points").get<double>()) / half_width * std::tan(0.475 * M_PI));
+    };
+    const int first = p(2) <= p(4) ? 2 : 4, second = 6 - first;
+    const double expected = std::min(1.0, 2.0 * p(first));
+    CHECK(by_shots.at(first).at("p_holm").get<double>() == Approx(expected).margin(1e-6));
+    CHECK(by_shots.at(second).at("p_holm").get<double>() == Approx(std::max(expected, p(second))).margin(1e-6));
+  }
+  // Rows of the picture: measured, turned, interpolated.
+  CHECK(sarnerf::read_image_size(chips / "study/pictures/cuboid.png").n_rows == 3 * (104 + 2));
+}
+
 TEST_CASE("chips are generated for another depression, at which some classes have none", "[fewshot]") {
   const ThreeClasses chips;
   for (const char* name : {"platform_upright", "l_building"}) fs::remove_all(chips / "chips" / name / "15");
@@ -389,6 +425,10 @@ TEST_CASE("chips are generated for another depression, at which some classes hav
   CHECK(rest.code == 0);
   CHECK(has(rest.out, "cuboid recognised, 4 shots"));
   CHECK(has(rest.out, "cuboid, false alarms:"));
-  for (const Json& difference : chips.json("study/report.json").at("differences")) CHECK(difference.at("measure") != "accuracy");
+  const Json differences = chips.json("study/report.json").at("differences");
+  CHECK(!differences.empty());
+  for (const Json& difference : differences) CHECK(difference.at("measure") != "accuracy");
+  // 12 chips at 15 degrees of one class; of the others all 24 at 17 degrees but four shots.
+  CHECK(n_tested(chips.json("study/cells/nearest_rescaled_04_00.json").at("confusion")) == 12 + 2 * 20);
   CHECK(chips.json("study/cells/nearest_rescaled_04_00.json").at("confusion") != chips.json("study/cells/nearest_turned_04_00.json").at("confusion"));
 }

@@ -8,6 +8,8 @@
 
 #include "../nerf/torch_catch.h"
 #include "networks.h"
+#include "sarnerf/recognise/cell.h"
+#include "scratch_folder.h"
 
 using namespace sarnerf;
 
@@ -118,6 +120,33 @@ TEST_CASE("generated chips are learned from: here the shots of one class are mis
   CHECK(accuracy(classify(Classifier::a_convnet, training, test.amplitude, 3, o), test.label) > 0.9);
   o.shot_fraction = 1.0;
   CHECK(accuracy(classify(Classifier::a_convnet, training, test.amplitude, 3, o), test.label) < 0.7);
+  // Classes without generated chips have shots in their place: without these, nothing but generated chips would be of one class.
+  o.shot_fraction = 0.0;
+  CHECK(accuracy(classify(Classifier::a_convnet, training, test.amplitude, 3, o), test.label) > 0.9);
+}
+
+TEST_CASE("a draw's file keeps everything that classifiers learn from", "[recognise]") {
+  const ScratchFolder folder;
+  DrawFile draw{"study", {"a", "b", "c"}, 4, 7, {}, shapes(1, 8), {shapes(2, 9), shapes(1, 10), {}}, {{"learned", shapes(3, 11)}, {"none", {}}}};
+  draw.options = {11, 12, 0.13, 0.14, 0.15, 6, 0.17, 0.18, 19, torch::kCPU};
+  write_draw_file((folder / "draw.pt").string(), draw);
+  const DrawFile read = read_draw_file((folder / "draw.pt").string());
+  CHECK(read.study == "study");
+  CHECK(read.classes == draw.classes);
+  CHECK((read.n_shots == 4 && read.draw == 7));
+  const ClassifierOptions& o = read.options;
+  CHECK((o.n_steps == 11 && o.batch == 12 && o.rate == 0.13 && o.weight_decay == 0.14 && o.label_smoothing == 0.15));
+  CHECK((o.shift_pixels == 6 && o.gain_jitter == 0.17 && o.shot_fraction == 0.18 && o.seed == 19));
+  const auto same = [](const LabelledChips& a, const LabelledChips& b) {
+    return a.size() == b.size() && (a.size() == 0 || (torch::equal(a.amplitude, b.amplitude) && torch::equal(a.label, b.label)));
+  };
+  CHECK(same(read.shots, draw.shots));
+  CHECK(same(read.test.measured, draw.test.measured));
+  CHECK(same(read.test.within, draw.test.within));
+  CHECK(same(read.test.across, draw.test.across));
+  REQUIRE(read.generated.size() == 2);
+  CHECK(same(read.generated.at("learned"), draw.generated.at("learned")));
+  CHECK(same(read.generated.at("none"), draw.generated.at("none")));
 }
 
 TEST_CASE("the background tells classes apart only if their clutter differs", "[recognise]") {
