@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_fewshot: few-shot recognition of SAR chips with generated views.
+#include <algorithm>
+
 #include <nlohmann/json.hpp>
 
 #include "app_main.h"
@@ -11,6 +13,7 @@
 #include "sarnerf/dataset/image_file.h"
 #include "sarnerf/report/page.h"
 #include "study.h"
+#include "values.h"
 #include "version.h"
 
 namespace sarnerf::app {

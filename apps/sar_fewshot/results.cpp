@@ -18,8 +18,6 @@ namespace {
 /// Arms that the others are compared with.
 constexpr Arm kReferences[] = {Arm::none, Arm::turned, Arm::turned_both, Arm::rescaled, Arm::interpolated, Arm::interpolated_turned};
 
-std::string shots_text(int n_shots) { return n_shots == 0 ? "all" : std::to_string(n_shots); }
-
 /// What value() makes (a number in %) of each draw's cell, by the draw's number; without cells that it makes nothing of.
 template <class Value>
 std::map<int, double> values_of(const std::vector<Cell>& cells, Classifier classifier, Arm arm, int n_shots, const Value& value) {
@@ -271,6 +269,8 @@ std::string confusion_table(const std::vector<ClassChips>& chips, const std::vec
 }
 
 }  // namespace
+
+std::string shots_text(int n_shots) { return n_shots == 0 ? "all" : std::to_string(n_shots); }
 
 std::optional<Plot> accuracy_plot(const Options& o, const std::vector<Cell>& cells, Classifier classifier) {
   Plot plot;

@@ -255,8 +255,8 @@ std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chi
             });
             n_done += steps_of(classifier, o);
             write_file_atomically(file, cell_json(cell));
-            console.note(format("%s, %s, %d shots, draw %d: %.1f %% (%.0f s)", std::string(name(classifier)).c_str(), cell.arm.c_str(),
-                                n_shots, number, 100.0 * accuracy(cell.confusion), cell.seconds));
+            console.note(format("%s, %s, %s shots, draw %d: %.1f %% (%.0f s)", std::string(name(classifier)).c_str(), cell.arm.c_str(),
+                                shots_text(n_shots).c_str(), number, 100.0 * accuracy(cell.confusion), cell.seconds));
             monitor.report("training steps", n_done, n_steps);
           }
         }

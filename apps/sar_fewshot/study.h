@@ -201,6 +201,9 @@ std::string study_of(const Options& options, const std::vector<ClassChips>& chip
 /// Throws UsageError if a draw that is asked for has not enough chips.
 void require_draws(const Options& options, const std::vector<ClassChips>& chips);
 
+/// "4", or "all" for 0.
+std::string shots_text(int n_shots);
+
 /// Title, tables of accuracy and of differences, in Markdown.
 std::string study_text(const Options& options, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells);
 
