@@ -48,6 +48,10 @@ TEST_CASE("several scenes of a few views show the height of their ground togethe
   const auto height_m = common_ground_height_m(scenes, box_from(1.3));
   REQUIRE(height_m.has_value());
   CHECK(*height_m == Approx(0.0).margin(0.3));
+  // A box that happens to stand near the ground proves nothing against it.
+  const auto again_m = common_ground_height_m(scenes, box_from(0.1));
+  REQUIRE(again_m.has_value());
+  CHECK(*again_m == Approx(0.0).margin(0.3));
   scenes = {featureless_scene(6), featureless_scene(6)};
   CHECK(!common_ground_height_m(scenes, box_from(1.3)));
   scenes = {{images.front()}, {images.back()}};

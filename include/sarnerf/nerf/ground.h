@@ -143,8 +143,9 @@ std::optional<GroundEstimate> estimate_ground(std::span<const PosedImage> images
                                               std::optional<double> height_m = {}, const GroundRule& rule = {});
 
 /// The height of the ground (m above the aim point) of several scenes that are centred on their objects alike, such as chips of several
-/// targets: the best height of estimate_ground(), with V averaged over all scenes. Few views of each are enough: four of ten targets have
-/// 60 pairs. Nothing if no height is significant. Cost: that of estimate_ground()'s height for each scene.
+/// targets: the height at which they agree best, with V averaged over all scenes. Few views of each are enough: four of ten targets have
+/// 60 pairs. Chips are centred on an object, not on the ground, so that no height is likely before: V needs to exceed 0 significantly, but not
+/// V at the bottom of the box. Nothing if no height is significant. Cost: that of estimate_ground()'s height for each scene.
 std::optional<double> common_ground_height_m(std::span<const std::vector<PosedImage>> scenes, const Box& box_m,
                                              const GroundRule& rule = {});
 

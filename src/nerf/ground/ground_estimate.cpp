@@ -234,8 +234,9 @@ Evidence evidence_of(Views images, std::span<const Mask> masks, const GroundRule
 }
 
 /// The height at which masked views agree best, if the agreement is significant and the height below the box's top. Of several
-/// scenes, each agrees with itself alone, and V is the mean over all their cells.
-std::optional<double> agreed_height_m(std::span<const Evidence> scenes, const Box& box_m, const GroundRule& rule) {
+/// scenes, each agrees with itself alone, and V is the mean over all their cells. `bottom_is_likely`: the box stands on the ground unless the
+/// views agree significantly better at another height.
+std::optional<double> agreed_height_m(std::span<const Evidence> scenes, const Box& box_m, const GroundRule& rule, bool bottom_is_likely) {
   const Acquisition& first = scenes.front().images.front().acquisition;
   const double pixel_m = std::max(first.azimuth_spacing_m, first.range_spacing_m);
   double step_m = 0.0;  // for the view whose ranges change least with height
@@ -265,7 +266,7 @@ std::optional<double> agreed_height_m(std::span<const Evidence> scenes, const Bo
     if (covariance(n) > covariance(best)) best = n;
   // If the best height is the lowest or highest one tried, the true height lies beyond it, or there is none.
   if (std::abs(best) == n_steps || !(n_cells > 0.0)) return {};
-  if (!(covariance(best) - covariance(0) > rule.height_significance * std::sqrt(squares) / n_cells)) return {};
+  if (bottom_is_likely && !(covariance(best) - covariance(0) > rule.height_significance * std::sqrt(squares) / n_cells)) return {};
   if (!(significance_of(at(best)) > rule.height_significance)) return {};
   const double top = top_of_parabola(covariance(best - 1), covariance(best), covariance(best + 1));
   const double height_m = box_m.min.y + (best + top) * step_m;
@@ -448,7 +449,7 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
   estimate.mask = std::move(guess.mask);
   if (!height_m && estimate.speckled) {
     const Evidence evidence = evidence_of(images, estimate.mask, rule);
-    height_m = agreed_height_m(std::span(&evidence, 1), box_m, rule);
+    height_m = agreed_height_m(std::span(&evidence, 1), box_m, rule, true);
   }
   LevelGround plane = uniform_plane(images, box_m, height_m.value_or(box_m.min.y));
   take_means_of_pitches(images, gain, plane);
@@ -477,7 +478,7 @@ std::optional<double> common_ground_height_m(std::span<const std::vector<PosedIm
   std::vector<Evidence> evidence;
   for (const std::vector<PosedImage>& images : scenes)
     if (images.size() > 1) evidence.push_back(evidence_of(images, uniform_ground(images, rule).mask, rule));
-  return evidence.empty() ? std::nullopt : agreed_height_m(evidence, box_m, rule);
+  return evidence.empty() ? std::nullopt : agreed_height_m(evidence, box_m, rule, false);
 }
 
 namespace {
