@@ -46,12 +46,9 @@ struct ChipsFound {
   std::size_t n_other_depressions = 0;  ///< chips of these classes that were left out
 };
 
-bool is_of_wanted_class(const Options& o, const std::string& class_name) {
-  return !class_name.empty() && (o.classes.empty() || std::ranges::find(o.classes, class_name) != o.classes.end());
-}
-
-/// Whether a chip of a class that is asked for has one of the two depressions; counts those that have not.
-bool is_of_wanted_depression(const Options& o, std::optional<double> depression_deg, ChipsFound& found) {
+/// Whether the options ask for chips of this class and depression. Counts those of their classes at other depressions.
+bool is_wanted(const Options& o, const std::string& class_name, std::optional<double> depression_deg, ChipsFound& found) {
+  if (class_name.empty() || !(o.classes.empty() || std::ranges::find(o.classes, class_name) != o.classes.end())) return false;
   if (depression_deg && (is_near(*depression_deg, o.training_depression_deg) || is_near(*depression_deg, o.test_depression_deg))) return true;
   ++found.n_other_depressions;
   return false;
@@ -62,7 +59,7 @@ ChipsFound chips_of_table(const Options& o, const Monitor& monitor) {
   ChipsFound found;
   std::vector<IndexedImage> wanted;
   for (const IndexedImage& image : read_image_index(o.table, o.chips))
-    if (is_of_wanted_class(o, image.class_name) && is_of_wanted_depression(o, image.depression_deg, found)) wanted.push_back(image);
+    if (is_wanted(o, image.class_name, image.depression_deg, found)) wanted.push_back(image);
   found.chips.resize(wanted.size());
   std::mutex mutex;
   std::size_t n_read = 0;
@@ -95,7 +92,7 @@ ChipsFound chips_of_datasets(const Options& o, Console& console, const Monitor& 
     const auto class_of = [&](const DatasetView& v) { return v.class_name.empty() ? subfolder : v.class_name; };
     std::vector<std::size_t> which;
     for (std::size_t n = 0; n < dataset.views.size(); ++n)
-      if (is_of_wanted_class(o, class_of(dataset.views[n])) && is_of_wanted_depression(o, dataset.views[n].depression_deg(), found)) which.push_back(n);
+      if (is_wanted(o, class_of(dataset.views[n]), dataset.views[n].depression_deg(), found)) which.push_back(n);
     std::vector<PosedImage> images = load_images(folders[f], dataset, which, monitor);
     for (std::size_t n = 0; n < which.size(); ++n) {
       images[n].acquisition.aim_m = glm::dvec3(0.0);

@@ -108,7 +108,7 @@ void refuse_beyond_memory(const Options& o, const MemoryLimit& limit, const std:
                                sizeof(float) * pixels + 2 * (o.exchange ? 3 : 1) * n_tested * kStoredChip;
   if (limit.allows(needed)) return;
   throw UsageError("the study of " + counted(n_tested, "test chip") + " needs about " + bytes_text(needed) + ", and " + limit.text() +
-                   "; use fewer --classes, a smaller --batch" + (o.exchange ? ", or no --exchange-clutter" : ""));
+                   "; use fewer --classes or a smaller --batch" + (o.exchange ? ", or leave out --exchange-clutter" : ""));
 }
 
 void run(const Options& options, Console& console) {

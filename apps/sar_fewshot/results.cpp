@@ -184,8 +184,8 @@ std::string difference_table(const Options& o, const std::vector<Comparison>& al
         any = true;
         const PairedDifference& d = found->difference;
         row.push_back(d.n < 2 || d.low == d.high ? format("%+.1f", d.mean)
-                              : format("%+.1f (%+.1f to %+.1f), p %.2g, from %.1f", d.mean, d.low, d.high, found->p_holm,
-                                       d.smallest_detectable));
+                                                 : format("%+.1f (%+.1f to %+.1f), p %.2g, from %.1f", d.mean, d.low, d.high, found->p_holm,
+                                                          d.smallest_detectable));
       }
       if (any) rows.push_back(row);
     }

@@ -44,8 +44,8 @@ enum class Arm {
 };
 std::string_view name(Arm arm);
 
-inline constexpr Arm kArms[] = {Arm::none,         Arm::turned,  Arm::turned_both,    Arm::turned_circle,       Arm::rescaled, Arm::interpolated,
-                                Arm::learned,      Arm::learned_turned, Arm::interpolated_turned, Arm::corrected, Arm::measured};
+inline constexpr Arm kArms[] = {Arm::none,         Arm::turned,  Arm::turned_both,    Arm::turned_circle,       Arm::rescaled,
+                                Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::corrected, Arm::measured};
 
 /// What the clutter of a learned view is.
 enum class Speckle {

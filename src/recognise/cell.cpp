@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include <torch/csrc/jit/serialization/pickle.h>
 #include <ATen/Parallel.h>
+#include <torch/csrc/jit/serialization/pickle.h>
 #include <torch/types.h>
 
 #include "sarnerf/recognise/cell.h"
