@@ -261,13 +261,15 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, c
 
 LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const std::int64_t> labels) {
   constexpr int side = kStoredSide;
-  LabelledChips result{torch::empty({static_cast<std::int64_t>(chips.size()), side, side}),
-                       torch::empty({static_cast<std::int64_t>(chips.size())}, torch::kInt64)};
+  const auto n_chips = static_cast<std::int64_t>(chips.size());
+  LabelledChips result{torch::empty({n_chips, side, side}), torch::empty({n_chips}, torch::kInt64), torch::empty({n_chips, 2}, torch::kFloat64)};
   for (std::size_t n = 0; n < chips.size(); ++n) {
     const Image<float> middle = middle_of(chips[n]->power, side, side);
     std::ranges::transform(middle.pixels(), result.amplitude[static_cast<std::int64_t>(n)].data_ptr<float>(),
                            [](float power) { return std::sqrt(std::max(0.0f, power)); });
     result.label[static_cast<std::int64_t>(n)] = labels[n];
+    result.pose_deg[static_cast<std::int64_t>(n)][0] = circle_deg(*chips[n]);
+    result.pose_deg[static_cast<std::int64_t>(n)][1] = 90.0 - deg_from_rad(chips[n]->acquisition.incidence_rad);
   }
   return result;
 }

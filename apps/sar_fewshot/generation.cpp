@@ -274,18 +274,21 @@ LearnedMeans learned_means(const std::vector<ClassChips>& chips, const Draw& dra
 LearnedMeans cached_means(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const std::filesystem::path& cache,
                           const Monitor& monitor) {
   const auto file = cache / format("%02d_%02d.pt", draw.n_shots, draw.number);
-  const std::string mark = Json{{"study", study_of(o, chips)}}.dump();
+  constexpr int kFormat = 2;  // of the file
+  const std::string mark = Json{{"study", study_of(o, chips)}, {"format", kFormat}}.dump();
   if (std::filesystem::exists(file)) {
     const Archive archive = read_archive(file);
     const auto chips_of = [&](const char* amplitude) {
-      return LabelledChips{archive.tensor(amplitude, torch::kFloat32, 3, file.string()), archive.tensor("label", torch::kInt64, 1, file.string())};
+      return LabelledChips{archive.tensor(amplitude, torch::kFloat32, 3, file.string()), archive.tensor("label", torch::kInt64, 1, file.string()),
+                           archive.tensor("pose_deg", torch::kFloat64, 2, file.string())};
     };
     if (archive.json == mark) return {chips_of("amplitude"), chips_of("of_shots")};
   }
   LearnedMeans means = learned_means(chips, draw, o, monitor);
   Archive archive;
   archive.json = mark;
-  archive.tensors = {{"amplitude", means.wanted.amplitude}, {"of_shots", means.of_shots.amplitude}, {"label", means.wanted.label}};
+  archive.tensors = {{"amplitude", means.wanted.amplitude}, {"of_shots", means.of_shots.amplitude}, {"label", means.wanted.label},
+                     {"pose_deg", means.wanted.pose_deg}};
   write_archive(file, archive);
   return means;
 }
@@ -383,7 +386,7 @@ LabelledChips with_clutter(const LabelledChips& means, const std::vector<ClassCh
   }
   std::mt19937_64 random(static_cast<std::uint64_t>(1'000'000 * (draw.number + 1)));
   const std::vector<Image<float>> powers = powers_of(means);
-  LabelledChips result{torch::empty_like(means.amplitude), means.label};
+  LabelledChips result{torch::empty_like(means.amplitude), means.label, means.pose_deg};
   for (std::size_t n = 0; n < powers.size(); ++n) {
     const auto index = static_cast<std::int64_t>(n);
     const auto c = static_cast<std::size_t>(means.label[index].item<std::int64_t>());
@@ -397,7 +400,7 @@ LabelledChips with_clutter(const LabelledChips& means, const std::vector<ClassCh
 /// speckle) stays. Both means are raised by the field's expected error in the dark, a tenth of the view's clutter (m c in E8).
 LabelledChips corrected(const LabelledChips& turned_shots, const LearnedMeans& means) {
   constexpr double kError_clutter = 0.1;
-  LabelledChips result{torch::empty_like(turned_shots.amplitude), turned_shots.label};
+  LabelledChips result{torch::empty_like(turned_shots.amplitude), turned_shots.label, turned_shots.pose_deg};
   const std::vector<Image<float>> wanted = powers_of(means.wanted);
   for (std::size_t n = 0; n < wanted.size(); ++n) {
     const auto index = static_cast<std::int64_t>(n);

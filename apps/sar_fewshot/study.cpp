@@ -100,17 +100,22 @@ ClassifierOptions options_of_draw(const Options& o, int number) {
   return options;
 }
 
-/// Writes chips as FOLDER/CLASS/PREFIX_000.tif.
-void write_tiffs(const std::filesystem::path& folder, const char* prefix, const std::vector<ClassChips>& chips, const LabelledChips& set) {
+/// Writes chips as FOLDER/CLASS/PREFIX_000.tif, and adds a line for each to a table of all chips of the folder.
+void write_tiffs(const std::filesystem::path& folder, const char* prefix, const std::vector<ClassChips>& chips, const LabelledChips& set,
+                 std::string& table) {
   std::vector<int> n_of_class(chips.size(), 0);
+  const Acquisition& a = chips.front().training.front().acquisition;
   for (std::int64_t n = 0; n < set.size(); ++n) {
     const auto c = static_cast<std::size_t>(set.label[n].item<std::int64_t>());
     make_folder(folder / chips[c].name);
     Image<float> image(kStoredSide, kStoredSide);
     std::copy_n(set.amplitude[n].contiguous().data_ptr<float>(), image.pixels().size(), image.pixels().begin());
+    const std::filesystem::path file = std::filesystem::path(chips[c].name) / format("%s_%03d.tif", prefix, n_of_class[c]++);
     AtomicFiles files(Durability::process);
-    files.add(folder / chips[c].name / format("%s_%03d.tif", prefix, n_of_class[c]++), encode_tiff(image));
+    files.add(folder / file, encode_tiff(image));
     files.commit();
+    table += format("%s,%s,%.4f,%.4f,%.6g,%.6g\n", file.c_str(), chips[c].name.c_str(), set.pose_deg[n][0].item<double>(),
+                    set.pose_deg[n][1].item<double>(), a.azimuth_spacing_m, a.range_spacing_m);
   }
 }
 
@@ -132,8 +137,12 @@ std::size_t export_chips(const Options& o, const std::vector<ClassChips>& chips,
         n_chips += static_cast<std::size_t>(file.shots.size() + generated.size());
         if (!o.chips_folder.empty()) {
           const auto folder = o.chips_folder / format("%02d_%02d", n_shots, number) / std::string(name(arm));
-          write_tiffs(folder, "shot", chips, file.shots);
-          write_tiffs(folder, "generated", chips, generated);
+          std::string table = "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m\n";
+          write_tiffs(folder, "shot", chips, file.shots, table);
+          write_tiffs(folder, "generated", chips, generated, table);
+          AtomicFiles files(Durability::process);
+          files.add(folder / "chips.csv", table);
+          files.commit();
         }
         monitor.report("sets of chips", ++n_done, n_sets);
       }

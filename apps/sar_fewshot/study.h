@@ -184,8 +184,9 @@ std::string clutter_text(const Options& options, const std::vector<ClassChips>& 
 /// Makes all cells that are not in the folder yet, and writes each as it ends. Throws Interrupted.
 std::vector<Cell> run_study(const Options& options, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor);
 
-/// Writes the chips that classifiers would learn from, float32 TIFFs of amplitude: FOLDER/SHOTS_DRAW/ARM/CLASS/shot_000.tif and
-/// generated_000.tif, and files of draws, DRAWS/SHOTS_DRAW.pt. Returns the number of chips.
+/// Writes the chips that classifiers would learn from, float32 TIFFs of amplitude (a row of pixels is an azimuth, the first column the
+/// nearest range): FOLDER/SHOTS_DRAW/ARM/CLASS/shot_000.tif and generated_000.tif, with a table of their azimuths, ARM/chips.csv; and files
+/// of draws, DRAWS/SHOTS_DRAW.pt. Returns the number of chips.
 std::size_t export_chips(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
 
 /// The study as it is planned, before any work: chips, cells, fields.

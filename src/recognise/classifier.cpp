@@ -62,7 +62,8 @@ LabelledChips rows_of(const LabelledChips& chips, const torch::Tensor& index) {
 LabelledChips joined(const LabelledChips& a, const LabelledChips& b) {
   if (a.size() == 0) return b;
   if (b.size() == 0) return a;
-  return {torch::cat({a.amplitude, b.amplitude}), torch::cat({a.label, b.label})};
+  const bool posed = a.pose_deg.defined() && b.pose_deg.defined();
+  return {torch::cat({a.amplitude, b.amplitude}), torch::cat({a.label, b.label}), posed ? torch::cat({a.pose_deg, b.pose_deg}) : torch::Tensor()};
 }
 
 torch::Tensor normalised_crops(const torch::Tensor& amplitude, int side, int row, int column) {

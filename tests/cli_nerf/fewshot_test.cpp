@@ -4,6 +4,7 @@
 #include <csignal>
 #include <fstream>
 #include <map>
+#include <sstream>
 
 #include <nlohmann/json.hpp>
 
@@ -164,6 +165,23 @@ TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells 
   INFO(exported.err);
   REQUIRE(exported.code == 0);
   CHECK(fs::exists(chips / "exported/04_00/learned/cuboid/generated_000.tif"));
+  // Shots lie at multiples of 15 degrees, 90 apart, and generated chips 10 degrees on either side of them.
+  std::istringstream table(read_text(chips / "exported/04_00/learned/chips.csv"));
+  std::string line;
+  std::getline(table, line);
+  CHECK(line == "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m");
+  std::map<std::string, int> n_at;  // chips of the cuboid by kind and azimuth
+  while (std::getline(table, line)) {
+    std::istringstream fields(line);
+    std::string file, name, azimuth, depression;
+    for (std::string* field : {&file, &name, &azimuth, &depression}) std::getline(fields, *field, ',');
+    CHECK(fs::exists(chips / "exported/04_00/learned" / file));
+    CHECK(file.find(name + "/") == 0);
+    CHECK(depression == "17.0000");
+    if (name == "cuboid") ++n_at[(has(file, "shot") ? "shot " : "generated ") + std::to_string(std::lround(std::fmod(std::stod(azimuth), 90.0)))];
+  }
+  REQUIRE(n_at.size() == 3);
+  for (const auto& [azimuth, n] : n_at) CHECK(n == 4);
   CHECK(chips.run(both).code == 0);
   CHECK(chips.run({{"--export", "exported"}, {"--step", "7"}, {"--output", "seven"}}).is_error("--export"));
 

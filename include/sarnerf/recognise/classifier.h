@@ -17,6 +17,7 @@ namespace sarnerf {
 struct LabelledChips {
   torch::Tensor amplitude;  ///< [n, rows, columns] float32, linear
   torch::Tensor label;      ///< [n] int64, from 0
+  torch::Tensor pose_deg{};  ///< [n, 2] float64, azimuth and depression; undefined where they are not known. No classifier sees it
 
   std::int64_t size() const { return amplitude.defined() ? amplitude.size(0) : 0; }
 };
