@@ -17,7 +17,7 @@ namespace sarnerf::app {
 namespace {
 
 /// Raised whenever the same chips and options would give other draws, generated or test chips. kTrainingMethod is that of networks.
-constexpr int kMethod = 10;
+constexpr int kMethod = 11;
 
 std::string fingerprint_of(const std::vector<ClassChips>& chips) {
   std::string text;

@@ -356,9 +356,12 @@ std::string background_text(const TrainingSet& set) {
     return set.background ? "returns power, but is no level ground: nothing is carved"
                                       : "dark: what lies in front of the first returns is empty";
   const GroundEstimate& ground = *set.ground;
-  return format("level ground%s, %.3g m %s the aim point, bare in %.0f %% of the pixels: rays end on it, "
+  const double noise = ground.plane->noise, mean = ground.plane->mean_power();
+  return format("level ground%s%s, %.3g m %s the aim point, bare in %.0f %% of the pixels: rays end on it, "
                 "objects may be up to %.3g m high%s",
-                ground.speckled ? " under speckle" : "", std::abs(ground.plane->height_m),
+                ground.speckled ? " under speckle" : "",
+                noise > 0.0 && mean > 0.0 ? format(", with noise of %.1f dB of it", 10.0 * std::log10(noise / mean)).c_str() : "",
+                std::abs(ground.plane->height_m),
                 ground.plane->height_m < 0.0 ? "below" : "above", 100.0 * ground.part_of_pixels(),
                 set.box_m.max.y - ground.plane->height_m, ground.speckled ? " (--scene-height)" : "");
 }

@@ -18,8 +18,9 @@ using namespace sarnerf;
 
 namespace {
 
-std::shared_ptr<const LevelGround> uniform_ground(double height_m, double power) {
+std::shared_ptr<const LevelGround> uniform_ground(double height_m, double power, double noise = 0.0) {
   auto ground = std::make_shared<LevelGround>();
+  ground->noise = noise;
   ground->height_m = height_m;
   ground->texture = Image<float>(3, 3, static_cast<float>(power));
   ground->first_x_m = ground->first_z_m = -1.0;
@@ -40,9 +41,10 @@ TEST_CASE("gains of a ground are linear between its pitches and constant beyond"
   CHECK(ground->texture_at(50.0, -50.0) == 1.0);
 }
 
-TEST_CASE("without matter a row is the ground's image and with opaque matter its shadow is black") {
+TEST_CASE("without matter a row is the ground's image and with opaque matter its shadow is black, or noise") {
+  const double noise = GENERATE(0.0, 0.03, 1.0);  // the last is more than the ground returns
   GridField field = small_grid(21);
-  field.ground = uniform_ground(-2.0, 0.1);
+  field.ground = uniform_ground(-2.0, 0.1, noise);
   const auto rows = some_rows();
   const RaySampling sampling = small_sampling();
   const torch::NoGradGuard no_grad;
@@ -56,7 +58,7 @@ TEST_CASE("without matter a row is the ground's image and with opaque matter its
   field.log_depth.fill_(10.0f);
   field.coefficients.zero_();
   const torch::Tensor shaded = field.render_rows(rows, sampling);
-  CHECK(shaded.min().item<float>() < 1e-6f);
+  CHECK(shaded.min().item<float>() == Approx(std::min(noise, 0.1 * gain)).epsilon(1e-4).margin(1e-6));
   CHECK(shaded.max().item<float>() == Approx(0.1 * gain).epsilon(1e-5));
 }
 
@@ -85,7 +87,7 @@ TEST_CASE("a slab of fog lets the square of its transmittance of the ground thro
 
 TEST_CASE("gradients through the ground agree with central differences") {
   GridField field = small_grid(23);
-  field.ground = uniform_ground(-2.0, 0.5);
+  field.ground = uniform_ground(-2.0, 0.5, 0.2);
   const auto rows = some_rows();
   const RaySampling sampling = small_sampling();
   field.render_rows(rows, sampling).sum().backward();
@@ -101,11 +103,12 @@ TEST_CASE("gradients through the ground agree with central differences") {
 
 TEST_CASE("a ground comes back from a model's archive") {
   GridField field = small_grid(24);
-  field.ground = uniform_ground(-2.0, 0.5);
+  field.ground = uniform_ground(-2.0, 0.5, 0.1);
   const GridField again = restore_grid_field(field.state(), "test");
   REQUIRE(again.ground != nullptr);
   CHECK(again.ground->height_m == -2.0);
   CHECK(again.ground->gain == field.ground->gain);
+  CHECK(again.ground->noise == 0.1);
   CHECK(total(again.render_rows(some_rows(), small_sampling())) == total(field.render_rows(some_rows(), small_sampling())));
   Archive damaged = field.state();
   damaged.tensors["ground_texture"] = torch::full({2, 2}, NAN);
@@ -160,6 +163,26 @@ TEST_CASE("the ground under speckle has the mean of its clean image") {
     }
   // Texture varies by 30 % and single pixels by 100 %.
   CHECK(error / n < 0.1);
+}
+
+TEST_CASE("the noise of speckled images is what returns from their shadows") {
+  const auto noise_of_scene = [](double noise, int side) {
+    auto images = ground_scene(36, [](int) { return 1.0; });
+    for (PosedImage& image : images) {
+      for (int i = 4; i < 4 + side; ++i)
+        for (int j = 44; j < 44 + side; ++j) image.power(i, j) = 0.0f;
+      for (float& p : image.power.pixels()) p += static_cast<float>(noise);
+    }
+    add_speckle(images, 1.0);
+    const std::optional<GroundEstimate> found = estimate_ground(images, ground_scene_box());
+    REQUIRE(found.has_value());
+    return found->plane->noise;
+  };
+  // Some 70 pixels of one look in each of 36 views: a standard deviation of 2 %.
+  CHECK(noise_of_scene(0.01, 16) == Approx(0.01).epsilon(0.06));
+  CHECK(noise_of_scene(0.002, 16) == Approx(0.002).epsilon(0.06));
+  CHECK(noise_of_scene(0.0, 16) == 0.0);
+  CHECK(noise_of_scene(0.01, 4) == 0.0);  // too small to have a core, as the shadow of the block is
 }
 
 TEST_CASE("bright thirds of half of the views do not change the ground's power") {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -18,16 +19,18 @@ namespace sarnerf {
 /// still carries when it meets the plane returns with the plane's brightness. Clutter costs nothing where no object stands
 /// on it.
 ///
-///     β⁰(i, j) = Σ voxels + S(i, j) g(θ) t(x, z)
+///     β⁰(i, j) = Σ voxels + n + S(i, j) max(0, g(θ) t(x, z) − n)
 ///
 /// with S the two-way transmittance from the radar to the point (x, z) of the plane that pixel (i, j) sees, t the plane's
-/// texture there, and g its gain at the view's incidence.
+/// texture there, g its gain at the view's incidence, and n the power of noise. An image of the bare plane, g t, has noise in it. Without n
+/// the noise of a shadow would be learned as ground that is seen through translucent matter.
 struct LevelGround {
   double height_m = 0.0;  ///< relative to the aim point
   double cell_m = 1.0;    ///< of the texture
   double first_x_m = 0.0, first_z_m = 0.0;    ///< centre of texture(0, 0)
   Image<float> texture;                       ///< [x, z] β⁰ at a gain of 1
   std::vector<double> incidence_rad, gain;    ///< of each pitch, by ascending incidence
+  double noise = 0.0;                         ///< β⁰ that remains in a full shadow
 
   /// Texture at a point of the plane: bilinear; beyond the border, the value at the border.
   double texture_at(double x_m, double z_m) const;
@@ -42,7 +45,11 @@ struct LevelGround {
 /// A ground in the range bins of a row.
 struct GroundBins {
   std::vector<double> angle_rad;  ///< ray angles δ at which the bins' centres see the ground; NaN in bins nearer than the plane
-  std::vector<float> power;       ///< β⁰ of the bare ground; 0 in bins nearer than the plane
+  std::vector<float> power;       ///< β⁰ of the bare ground, with noise; 0 in bins nearer than the plane
+  double noise = 0.0;             ///< β⁰ of noise
+
+  /// What of a bin's power a shadow takes away.
+  double shaded(std::size_t bin) const { return std::max(0.0, double{power[bin]} - noise); }
 };
 GroundBins ground_bins(const LevelGround& ground, const Acquisition& acquisition, int row);
 
@@ -134,6 +141,10 @@ struct GroundEstimate {
 /// the plane. Without the second condition, pixels of an object that masks leave could determine the height: views agree
 /// on them, too, but in few regions. A parabola through its neighbours refines the height. (A measured chip is centred on a
 /// target, not on the ground.)
+///
+/// Noise: under speckle, the mean power of the cores of shadows, which lie 2 σ of the masks' Gaussian inside of pixels whose neighbourhood is
+/// less than half as bright as the ground (1 / mask_factor). 0 if they have fewer pixels than a block. Sidelobes and multiple bounces in
+/// shadows count as noise.
 ///
 /// Returns nothing if images have no background or are too few or too small, if less than `least_ground_fraction` of their
 /// pixels is ground, or if they have no speckle and deviate from the plane by `most_deviation` or more.

@@ -49,7 +49,7 @@ void for_each_part_of_bins(const GroundBins& bins, const Fan& fan, Visit&& visit
   }
 }
 
-/// Adds the ground's image, attenuated by S_j, to a row's pixels. S_j is the transmittance T at the angle at which bin j sees
+/// Adds the ground's image to a row's pixels: what a shadow takes away of it attenuated by S_j, and its noise. S_j is the transmittance T at the angle at which bin j sees
 /// the ground: linear between the rays of the fan, mean of three positions in the bin. Rays that were not cast, because they
 /// miss all occupied voxels, have T = 1.
 void add_ground(const RowPart& part, const Row& row, const LevelGround& ground, std::span<float> pixels) {
@@ -64,8 +64,9 @@ void add_ground(const RowPart& part, const Row& row, const LevelGround& ground, 
     return;
   }
   for_each_part_of_bins(bins, row.fan, [&](int j, int k, double weight) {
-    pixels[static_cast<std::size_t>(j)] +=
-        static_cast<float>(weight * to_ground[static_cast<std::size_t>(k + 1)] * double{bins.power[static_cast<std::size_t>(j)]});
+    const auto bin = static_cast<std::size_t>(j);
+    const double shaded = bins.shaded(bin), steady = double{bins.power[bin]} - shaded;
+    pixels[bin] += static_cast<float>(weight * (steady + to_ground[static_cast<std::size_t>(k + 1)] * shaded));
   });
 }
 
@@ -77,7 +78,7 @@ void add_ground_adjoint(RowPart& part, const Row& row, const LevelGround& ground
   std::vector<double> gradient(static_cast<std::size_t>(row.fan.n_elevation) + 2, 0.0);
   for_each_part_of_bins(bins, row.fan, [&](int j, int k, double weight) {
     const auto bin = static_cast<std::size_t>(j);
-    gradient[static_cast<std::size_t>(k + 1)] += weight * double{bins.power[bin]} * double{pixel_gradients[bin]};
+    gradient[static_cast<std::size_t>(k + 1)] += weight * bins.shaded(bin) * double{pixel_gradients[bin]};
   });
   for_each_ray(part, row, [&](std::size_t ray, std::size_t begin, std::size_t end) {
     const double g = gradient[part.rows.batch().ray_elevation[ray] + 1];

@@ -119,7 +119,8 @@ void add_ground(Archive& archive, const LevelGround& ground) {
             {"cell_m", ground.cell_m},
             {"first_m", {ground.first_x_m, ground.first_z_m}},
             {"incidence_rad", ground.incidence_rad},
-            {"gain", ground.gain}});
+            {"gain", ground.gain},
+            {"noise", ground.noise}});
 }
 
 std::shared_ptr<const LevelGround> ground_of(const Archive& archive, const std::string& where) {
@@ -135,12 +136,14 @@ std::shared_ptr<const LevelGround> ground_of(const Archive& archive, const std::
   const auto first_m = member<std::vector<double>>(text, "first_m", where);
   ground->incidence_rad = member<std::vector<double>>(text, "incidence_rad", where);
   ground->gain = member<std::vector<double>>(text, "gain", where);
+  if (text.contains("noise")) ground->noise = member<double>(text, "noise", where);  // models of 2026-11-28 and before have none
   require(texture.numel() > 0 && texture.isfinite().all().item<bool>(), "the ground's texture is empty or not finite");
   require(first_m.size() == 2 && ground->cell_m > 0.0 && std::isfinite(ground->height_m),
           "the ground's first cell, cell size or height is missing or not finite");
   require(!ground->gain.empty() && ground->gain.size() == ground->incidence_rad.size() &&
               std::is_sorted(ground->incidence_rad.begin(), ground->incidence_rad.end()),
           "the ground's gains do not belong to its incidences");
+  require(std::isfinite(ground->noise) && ground->noise >= 0.0, "the noise of the ground's image is below 0 or not finite");
   ground->first_x_m = first_m[0];
   ground->first_z_m = first_m[1];
   ground->texture = image_of(texture);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 #include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/numbers.h"
@@ -39,16 +40,21 @@ std::vector<double> block_means(const Image<float>& power, int side) {
   return means;
 }
 
-/// 1 where the brightness of the neighbourhood is within mask_factor of the expected ground; of chips of one object, also wherever that is
-/// not.
-Mask ground_mask(const Image<float>& power, const Image<float>& expected, const GroundRule& rule) {
+/// Brightness of each pixel's neighbourhood over that of the expected ground.
+Image<float> brightness_around(const Image<float>& power, const Image<float>& expected, const GroundRule& rule) {
   Image<float> ratio(power.n_azimuth(), power.n_range());
   for (std::size_t n = 0; n < ratio.pixels().size(); ++n) {
     const float e = expected.pixels()[n];
     ratio.pixels()[n] = e > 0.0f ? power.pixels()[n] / e : 0.0f;
   }
-  const Image<float> around = gaussian_blur(ratio, rule.mask_sigma_pixels);
-  Mask mask(ratio.n_azimuth(), ratio.n_range());
+  return gaussian_blur(ratio, rule.mask_sigma_pixels);
+}
+
+/// 1 where the brightness of the neighbourhood is within mask_factor of the expected ground; of chips of one object, also wherever that is
+/// not.
+Mask ground_mask(const Image<float>& power, const Image<float>& expected, const GroundRule& rule) {
+  const Image<float> around = brightness_around(power, expected, rule);
+  Mask mask(power.n_azimuth(), power.n_range());
   for (std::size_t n = 0; n < mask.pixels().size(); ++n) {
     const double a = double{around.pixels()[n]};
     mask.pixels()[n] = a * rule.mask_factor > 1.0 && a < rule.mask_factor ? 1 : 0;
@@ -73,6 +79,30 @@ double masked_pixels(const Mask& mask) {
   double n = 0.0;
   for (const std::uint8_t m : mask.pixels()) n += m;
   return n;
+}
+
+/// Mean power of the cores of shadows: pixels whose neighbourhood is less than 1 / mask_factor as bright as the ground, as it is at all
+/// pixels within two σ of the mask's Gaussian, so that no ground and no object beside the shadow is in it. 0 where the images have fewer such
+/// pixels than a block: they show no shadow.
+double noise_of_shadows(Views images, const LevelGround& plane, std::span<const Mask> masks, const GroundRule& rule) {
+  const int reach = static_cast<int>(std::ceil(2.0 * rule.mask_sigma_pixels));
+  std::vector<double> sum(images.size(), 0.0), n(images.size(), 0.0);
+  for_each_view(images, [&](std::size_t v) {
+    const Image<float>& power = images[v].power;
+    const Image<float> around = brightness_around(power, ground_image(plane, images[v].acquisition), rule);
+    const auto is_dark = [&](int i, int j) { return masks[v](i, j) == 0 && double{around(i, j)} * rule.mask_factor <= 1.0; };
+    for (int i = reach; i < power.n_azimuth() - reach; ++i)
+      for (int j = reach; j < power.n_range() - reach; ++j) {
+        bool all_dark = true;
+        for (int di = -reach; di <= reach && all_dark; ++di)
+          for (int dj = -reach; dj <= reach && all_dark; ++dj) all_dark = is_dark(i + di, j + dj);
+        if (!all_dark) continue;
+        sum[v] += double{power(i, j)};
+        n[v] += 1.0;
+      }
+  });
+  const double n_pixels = std::accumulate(n.begin(), n.end(), 0.0);
+  return n_pixels < rule.block_pixels * rule.block_pixels ? 0.0 : std::accumulate(sum.begin(), sum.end(), 0.0) / n_pixels;
 }
 
 }  // namespace
@@ -469,6 +499,7 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
   estimate.deviation = relative_deviation(images, plane);
   if (estimate.part_of_pixels() < rule.least_ground_fraction) return {};
   if (!estimate.speckled && !(estimate.deviation < rule.most_deviation)) return {};
+  if (estimate.speckled) plane.noise = noise_of_shadows(images, plane, estimate.mask, rule);
   estimate.plane = std::make_shared<const LevelGround>(std::move(plane));
   return estimate;
 }

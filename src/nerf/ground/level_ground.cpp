@@ -34,6 +34,7 @@ GroundBins ground_bins(const LevelGround& ground, const Acquisition& a, int row)
   const glm::dvec3 away = level_range_direction(a);
   const double gain = ground.gain_at(a.incidence_rad), along_track_m = a.row_offset_m(row);
   GroundBins bins;
+  bins.noise = ground.noise;
   for (const double offset_m : plane_offsets_m(a, ground.height_m)) {
     if (std::isnan(offset_m)) {
       bins.angle_rad.push_back(std::numeric_limits<double>::quiet_NaN());
