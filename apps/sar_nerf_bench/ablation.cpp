@@ -92,6 +92,7 @@ const std::vector<Rule>& rules() {
       ground_rule("carving", "bare ground carves", over_ground, [](GroundRule& g) { g.bare_fraction = 2.0; }),
       ground_rule("object_height", "height of a quarter of the swath", speckled,
                   [](GroundRule& g) { g.object_height_fraction = 1e9; }),
+      ground_rule("noise", "noise in shadows", speckled, [](GroundRule& g) { g.noise = false; }),
       {"registration", "shifts and gains of views", [](const O& o, Set) { return o.n_registrations > 0; },
        [](Method& m) { m.registers = false; }},
       {"response", "the known response", [](const O&, Set s) { return s.resolution.has_value(); },

@@ -102,6 +102,8 @@ struct GroundRule {
   /// (connected_to_middle()) is ground, however bright, and matter lies only where all views see it. With few views, a patch of bright
   /// clutter in one of them would else be matter, which casts a shadow in every other view. Half the size of the object.
   int object_reach_pixels = 0;
+  /// Whether the images of speckled scenes have noise, which their shadows show. It is the sensor's physics; without it for ablations.
+  bool noise = true;
   /// Greatest height of objects under speckle, as a fraction of the swath in ground range; at small depressions the shadow
   /// bounds it further (SceneHeights). Kept for speed: training takes 1.6 times as long without. Chosen.
   double object_height_fraction = 0.25;

@@ -499,7 +499,7 @@ std::optional<GroundEstimate> estimate_ground(Views images, const Box& box_m, st
   estimate.deviation = relative_deviation(images, plane);
   if (estimate.part_of_pixels() < rule.least_ground_fraction) return {};
   if (!estimate.speckled && !(estimate.deviation < rule.most_deviation)) return {};
-  if (estimate.speckled) plane.noise = noise_of_shadows(images, plane, estimate.mask, rule);
+  if (estimate.speckled && rule.noise) plane.noise = noise_of_shadows(images, plane, estimate.mask, rule);
   estimate.plane = std::make_shared<const LevelGround>(std::move(plane));
   return estimate;
 }
