@@ -264,12 +264,13 @@ LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const
   const auto n_chips = static_cast<std::int64_t>(chips.size());
   LabelledChips result{torch::empty({n_chips, side, side}), torch::empty({n_chips}, torch::kInt64), torch::empty({n_chips, 2}, torch::kFloat64)};
   for (std::size_t n = 0; n < chips.size(); ++n) {
+    const auto index = static_cast<std::int64_t>(n);
     const Image<float> middle = middle_of(chips[n]->power, side, side);
-    std::ranges::transform(middle.pixels(), result.amplitude[static_cast<std::int64_t>(n)].data_ptr<float>(),
+    std::ranges::transform(middle.pixels(), result.amplitude[index].data_ptr<float>(),
                            [](float power) { return std::sqrt(std::max(0.0f, power)); });
-    result.label[static_cast<std::int64_t>(n)] = labels[n];
-    result.pose_deg[static_cast<std::int64_t>(n)][0] = circle_deg(*chips[n]);
-    result.pose_deg[static_cast<std::int64_t>(n)][1] = 90.0 - deg_from_rad(chips[n]->acquisition.incidence_rad);
+    result.label[index] = labels[n];
+    result.pose_deg[index][0] = circle_deg(*chips[n]);
+    result.pose_deg[index][1] = 90.0 - deg_from_rad(chips[n]->acquisition.incidence_rad);
   }
   return result;
 }

@@ -140,9 +140,7 @@ std::size_t export_chips(const Options& o, const std::vector<ClassChips>& chips,
           std::string table = "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m\n";
           write_tiffs(folder, "shot", chips, file.shots, table);
           write_tiffs(folder, "generated", chips, generated, table);
-          AtomicFiles files(Durability::process);
-          files.add(folder / "chips.csv", table);
-          files.commit();
+          write_file_atomically(folder / "chips.csv", table, Durability::process);
         }
         monitor.report("sets of chips", ++n_done, n_sets);
       }

@@ -360,7 +360,7 @@ std::string background_text(const TrainingSet& set) {
   return format("level ground%s%s, %.3g m %s the aim point, bare in %.0f %% of the pixels: rays end on it, "
                 "objects may be up to %.3g m high%s",
                 ground.speckled ? " under speckle" : "",
-                noise > 0.0 && mean > 0.0 ? format(", with noise of %.1f dB of it", 10.0 * std::log10(noise / mean)).c_str() : "",
+                noise > 0.0 && mean > 0.0 ? format(", with noise %.1f dB below it", 10.0 * std::log10(mean / noise)).c_str() : "",
                 std::abs(ground.plane->height_m),
                 ground.plane->height_m < 0.0 ? "below" : "above", 100.0 * ground.part_of_pixels(),
                 set.box_m.max.y - ground.plane->height_m, ground.speckled ? " (--scene-height)" : "");

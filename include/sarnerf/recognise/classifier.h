@@ -15,8 +15,8 @@ namespace sarnerf {
 
 /// Chips of one size and their classes.
 struct LabelledChips {
-  torch::Tensor amplitude;  ///< [n, rows, columns] float32, linear
-  torch::Tensor label;      ///< [n] int64, from 0
+  torch::Tensor amplitude;   ///< [n, rows, columns] float32, linear
+  torch::Tensor label;       ///< [n] int64, from 0
   torch::Tensor pose_deg{};  ///< [n, 2] float64, azimuth and depression; undefined where they are not known. No classifier sees it
 
   std::int64_t size() const { return amplitude.defined() ? amplitude.size(0) : 0; }

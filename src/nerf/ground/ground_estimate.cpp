@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <numeric>
 
 #include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/numbers.h"
@@ -86,23 +85,23 @@ double masked_pixels(const Mask& mask) {
 /// pixels than a block: they show no shadow.
 double noise_of_shadows(Views images, const LevelGround& plane, std::span<const Mask> masks, const GroundRule& rule) {
   const int reach = static_cast<int>(std::ceil(2.0 * rule.mask_sigma_pixels));
-  std::vector<double> sum(images.size(), 0.0), n(images.size(), 0.0);
+  std::vector<Mask> core(images.size());
   for_each_view(images, [&](std::size_t v) {
-    const Image<float>& power = images[v].power;
-    const Image<float> around = brightness_around(power, ground_image(plane, images[v].acquisition), rule);
-    const auto is_dark = [&](int i, int j) { return masks[v](i, j) == 0 && double{around(i, j)} * rule.mask_factor <= 1.0; };
-    for (int i = reach; i < power.n_azimuth() - reach; ++i)
-      for (int j = reach; j < power.n_range() - reach; ++j) {
-        bool all_dark = true;
-        for (int di = -reach; di <= reach && all_dark; ++di)
-          for (int dj = -reach; dj <= reach && all_dark; ++dj) all_dark = is_dark(i + di, j + dj);
-        if (!all_dark) continue;
-        sum[v] += double{power(i, j)};
-        n[v] += 1.0;
-      }
+    const Image<float> around = brightness_around(images[v].power, ground_image(plane, images[v].acquisition), rule);
+    Image<float> lit(around.n_azimuth(), around.n_range());
+    for (std::size_t p = 0; p < lit.pixels().size(); ++p)
+      lit.pixels()[p] = masks[v].pixels()[p] == 0 && double{around.pixels()[p]} * rule.mask_factor <= 1.0 ? 0.0f : 1.0f;
+    const Mask near_lit = target_mask(lit, {.share_of_peak = 0.0, .dilation_pixels = reach});
+    core[v] = Mask(lit.n_azimuth(), lit.n_range());
+    for (int i = reach; i < lit.n_azimuth() - reach; ++i)  // what lies beyond the border is not known
+      for (int j = reach; j < lit.n_range() - reach; ++j) core[v](i, j) = 1 - near_lit(i, j);
   });
-  const double n_pixels = std::accumulate(n.begin(), n.end(), 0.0);
-  return n_pixels < rule.block_pixels * rule.block_pixels ? 0.0 : std::accumulate(sum.begin(), sum.end(), 0.0) / n_pixels;
+  double sum = 0.0, n_pixels = 0.0;
+  for (std::size_t v = 0; v < images.size(); ++v) {
+    sum += masked_sum(images[v].power, core[v]);
+    n_pixels += masked_pixels(core[v]);
+  }
+  return n_pixels < rule.block_pixels * rule.block_pixels ? 0.0 : sum / n_pixels;
 }
 
 }  // namespace
