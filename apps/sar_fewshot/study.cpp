@@ -10,6 +10,7 @@
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/dataset/image_file.h"
+#include "sarnerf/dataset/image_index.h"
 #include "torch_setup.h"
 
 namespace sarnerf::app {
@@ -114,7 +115,7 @@ void write_tiffs(const std::filesystem::path& folder, const char* prefix, const 
     AtomicFiles files(Durability::process);
     files.add(folder / file, encode_tiff(image));
     files.commit();
-    table += format("%s,%s,%.4f,%.4f,%.6g,%.6g\n", file.c_str(), chips[c].name.c_str(), set.pose_deg[n][0].item<double>(),
+    table += format("%s,%s,%.4f,%.4f,%.6g,%.6g\n", csv_field(file.string()).c_str(), csv_field(chips[c].name).c_str(), set.pose_deg[n][0].item<double>(),
                     set.pose_deg[n][1].item<double>(), a.azimuth_spacing_m, a.range_spacing_m);
   }
 }

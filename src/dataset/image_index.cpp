@@ -181,6 +181,13 @@ std::string lower(std::string text) {
 
 }  // namespace
 
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string field(csv_write(nullptr, 0, text.data(), text.size()), '\0');
+  csv_write(field.data(), field.size(), text.data(), text.size());
+  return field;
+}
+
 std::vector<IndexedImage> read_image_index(const fs::path& path, const fs::path& folder) {
   const CsvTable table(read_whole_file(path), path.string());
   for (const char* column : {"file", "azimuth_deg"})

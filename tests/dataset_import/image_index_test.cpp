@@ -72,6 +72,15 @@ TEST_CASE("a table says how images were taken") {
   CHECK(incidences.at(0).depression_deg == 17.0);
 }
 
+TEST_CASE("a field that is written for a table is read back") {
+  CHECK(csv_field("2S1") == "2S1");
+  CHECK(csv_field("") == "");
+  const ImageFolder folder;
+  const std::string name = "T-72, the \"A64\"";
+  const auto images = folder.index("file,class,azimuth_deg\nimages/a.png," + csv_field(name) + ",3\n");
+  CHECK(images.at(0).class_name == name);
+}
+
 TEST_CASE("tables that contradict the folder or themselves are refused") {
   const ImageFolder folder;
   contains(folder.refusal(""), "the table is empty");

@@ -34,6 +34,9 @@ struct IndexedImage {
 std::vector<IndexedImage> read_image_index(const std::filesystem::path& table,
                                            const std::filesystem::path& folder);
 
+/// A text as a field of such a table: quoted where it holds a comma, a quote or a line break.
+std::string csv_field(const std::string& text);
+
 /// Image files (PNG, JPEG, TIFF) of the folder and those below it, in the order of their names. Datasets below it are
 /// skipped: an earlier import of the folder may have written them.
 std::vector<std::filesystem::path> image_files(const std::filesystem::path& folder);
