@@ -49,6 +49,8 @@ Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
                          {"speckle", g.speckle == Speckle::none ? "none" : g.speckle == Speckle::shots ? "of shots" : "of the nearest shot"}}}};
   // Named only where it is asked for, so that studies from before there was a choice continue.
   if (o.same_azimuths) request["chips"]["same_azimuths"] = true;
+  // Until 2026-11-29 the ground was as bright (β⁰) at another depression as at that of the shots.
+  if (g.depression_deg) request["generated"]["ground"] = "constant backscatter";
   return valid_text(request);
 }
 

@@ -33,11 +33,15 @@ double total(const torch::Tensor& pixels) { return pixels.to(torch::kDouble).sum
 
 }  // namespace
 
-TEST_CASE("gains of a ground are linear between its pitches and constant beyond") {
+TEST_CASE("the backscatter of a ground is linear between its pitches and constant beyond") {
   const auto ground = uniform_ground(0.0, 1.0);
-  CHECK(ground->gain_at(0.2) == 1.0);
-  CHECK(ground->gain_at(0.75) == Approx(2.0));
-  CHECK(ground->gain_at(1.4) == 3.0);
+  const double low = ground->incidence_rad.front(), high = ground->incidence_rad.back();
+  CHECK(ground->gain_at(low) == 1.0);
+  CHECK(ground->gain_at(high) == 3.0);
+  const auto gamma = [&](double incidence_rad) { return ground->gain_at(incidence_rad) * std::tan(incidence_rad); };
+  CHECK(gamma(0.2) == Approx(1.0 * std::tan(low)));
+  CHECK(gamma(0.5 * (low + high)) == Approx(0.5 * (1.0 * std::tan(low) + 3.0 * std::tan(high))));
+  CHECK(gamma(1.4) == Approx(3.0 * std::tan(high)));
   CHECK(ground->texture_at(50.0, -50.0) == 1.0);
 }
 

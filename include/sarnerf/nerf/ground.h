@@ -35,7 +35,8 @@ struct LevelGround {
   /// Texture at a point of the plane: bilinear; beyond the border, the value at the border.
   double texture_at(double x_m, double z_m) const;
 
-  /// Gain at an incidence: linear between pitches; beyond them, the gain of the nearest pitch.
+  /// Gain at an incidence θ. The backscatter γ⁰ = β⁰ tan θ (E2) is linear between pitches, and beyond them that of the nearest pitch: rough
+  /// ground has nearly the same γ⁰ at all but steep and grazing incidences.
   double gain_at(double incidence_rad) const;
 
   /// Mean of the texture at the first pitch's gain.

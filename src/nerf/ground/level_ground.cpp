@@ -15,12 +15,13 @@ double LevelGround::texture_at(double x_m, double z_m) const {
 }
 
 double LevelGround::gain_at(double wanted_rad) const {
-  const auto above = std::upper_bound(incidence_rad.begin(), incidence_rad.end(), wanted_rad) - incidence_rad.begin();
-  if (above == 0) return gain.front();
-  const auto n = static_cast<std::size_t>(above);
-  if (n == gain.size()) return gain.back();
-  const double part = (wanted_rad - incidence_rad[n - 1]) / (incidence_rad[n] - incidence_rad[n - 1]);
-  return gain[n - 1] + part * (gain[n] - gain[n - 1]);
+  const auto above = static_cast<std::size_t>(std::ranges::upper_bound(incidence_rad, wanted_rad) - incidence_rad.begin());
+  const std::size_t before = above > 0 ? above - 1 : 0, after = std::min(above, gain.size() - 1);
+  // Times tan θ / tan θ of the pitch: exactly the gain of a pitch at its incidence.
+  const auto of = [&](std::size_t pitch) { return gain[pitch] * (std::tan(incidence_rad[pitch]) / std::tan(wanted_rad)); };
+  if (before == after) return of(before);
+  const double part = (wanted_rad - incidence_rad[before]) / (incidence_rad[after] - incidence_rad[before]);
+  return of(before) + part * (of(after) - of(before));
 }
 
 double LevelGround::mean_power() const {
