@@ -50,8 +50,8 @@ void for_each_part_of_bins(const GroundBins& bins, const Fan& fan, Visit&& visit
 }
 
 /// Adds the ground's image to a row's pixels: what a shadow takes away of it, attenuated by S_j, and its noise. S_j is the
-/// transmittance T at the angle at which bin j sees the ground: linear between the rays of the fan, mean of three positions in the bin. Rays that were not cast, because they
-/// miss all occupied voxels, have T = 1.
+/// transmittance T at the angle at which bin j sees the ground: linear between the rays of the fan, mean of three positions
+/// in the bin. Rays that were not cast, because they miss all occupied voxels, have T = 1.
 void add_ground(const RowPart& part, const Row& row, const LevelGround& ground, std::span<float> pixels) {
   const GroundBins bins = ground_bins(ground, row.acquisition, row.row);
   // One extra ray on either side of the fan, with T = 1.

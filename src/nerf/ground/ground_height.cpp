@@ -12,12 +12,6 @@
 
 namespace sarnerf::ground {
 
-std::vector<RadarFrame> frames_of(Views images) {
-  std::vector<RadarFrame> frames;
-  for (const PosedImage& image : images) frames.push_back(radar_frame(image.acquisition));
-  return frames;
-}
-
 namespace {
 
 /// Blurred relative deviation of a view's masked pixels from their mean.

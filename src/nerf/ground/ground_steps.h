@@ -24,7 +24,11 @@ inline void for_each_view(Views images, const std::function<void(std::size_t)>& 
 }
 
 /// The frame of each view.
-std::vector<RadarFrame> frames_of(Views images);
+inline std::vector<RadarFrame> frames_of(Views images) {
+  std::vector<RadarFrame> frames;
+  for (const PosedImage& image : images) frames.push_back(radar_frame(image.acquisition));
+  return frames;
+}
 
 /// Means of the square blocks that an image is cut into; what is left over at its far borders is not used.
 std::vector<double> block_means(const Image<float>& power, int side);
