@@ -275,4 +275,14 @@ LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const
   return result;
 }
 
+std::vector<Image<float>> powers_of(const LabelledChips& chips) {
+  std::vector<Image<float>> powers;
+  for (std::int64_t n = 0; n < chips.size(); ++n) {
+    Image<float>& power = powers.emplace_back(kStoredSide, kStoredSide);
+    const torch::Tensor squares = chips.amplitude[n].square().contiguous();
+    std::copy_n(squares.data_ptr<float>(), power.pixels().size(), power.pixels().begin());
+  }
+  return powers;
+}
+
 }  // namespace sarnerf::app

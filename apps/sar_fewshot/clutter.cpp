@@ -121,6 +121,17 @@ Image<float> relative_background(const Image<float>& power) {
   return background;
 }
 
+Image<float> on_clutter(const Image<float>& power, const Image<float>& clutter) {
+  const Image<std::uint8_t> kept = target_and_shadow(power);
+  double sum = 0.0, n_pixels = 0.0;
+  for (std::size_t p = 0; p < power.pixels().size(); ++p)
+    if (kept.pixels()[p] == 0) sum += double{power.pixels()[p]}, n_pixels += 1.0;
+  Image<float> result = power;
+  for (std::size_t p = 0; p < power.pixels().size(); ++p)
+    if (kept.pixels()[p] == 0) result.pixels()[p] = static_cast<float>(sum / n_pixels) * clutter.pixels()[p];
+  return result;
+}
+
 void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
   // Within a class the new background is that of nearly the same azimuth: a class that was measured at one place at both depressions shows the
   // same ground again, and a classifier that knows it must not be taken for a fault of the exchange.

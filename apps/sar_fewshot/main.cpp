@@ -10,7 +10,6 @@
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
-#include "sarnerf/dataset/image_file.h"
 #include "sarnerf/report/page.h"
 #include "study.h"
 #include "values.h"
@@ -18,8 +17,6 @@
 
 namespace sarnerf::app {
 namespace {
-
-constexpr const char* kExchangePicture = "pictures/exchanged_background.png";
 
 /// Takes a folder that is empty or holds the results of the same request, and refuses others.
 void take_folder(const std::filesystem::path& folder, const Json& request, const Options& o, const char* option) {
@@ -39,28 +36,6 @@ void take_folder(const std::filesystem::path& folder, const Json& request, const
     throw UsageError(folder.string() + ": expected a study or an empty folder, found other files; choose another folder (" + option + ")");
   make_folder(folder);
   write_file_atomically(file, recipe_text(make_recipe(kProgram, request, Json::object())));
-}
-
-/// A picture of each class. They are made again for other arms or shots.
-void write_pictures(const Options& o, const std::vector<ClassChips>& chips, const Monitor& monitor) {
-  const auto most = *std::ranges::max_element(o.shots);
-  if (most == 0) return;
-  const auto folder = o.output / "pictures", rows_file = folder / "rows.json";
-  make_folder(folder);
-  Json rows = {{"shots", most}, {"arms", Json::array()}};
-  for (const Arm arm : o.arms) rows["arms"].push_back(name(arm));
-  const std::string rows_text = rows.dump(1) + "\n";
-  if (std::filesystem::exists(rows_file) && read_whole_file(rows_file) == rows_text) return;
-  const Draw draw = draw_shots(chips, most, 0, o);
-  const std::vector<Image<std::uint8_t>> pictures = arms_pictures(chips, draw, o, o.output / "generated", monitor);
-  AtomicFiles files;
-  if (o.exchange) {
-    const TestChips test = test_of_classes(chips, draw, o);
-    files.add(o.output / kExchangePicture, encode_png(picture_of_rows({test.measured, test.within, test.across}, {})));
-  }
-  for (std::size_t c = 0; c < chips.size(); ++c) files.add(folder / (chips[c].name + ".png"), encode_png(pictures[c]));
-  files.add(rows_file, rows_text);
-  files.commit();
 }
 
 /// report.md, report.html, report.json and the diagrams.

@@ -2,6 +2,7 @@
 #include "study.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -17,8 +18,12 @@ namespace sarnerf::app {
 
 namespace {
 
-/// Raised whenever the same chips and options would give other draws, generated or test chips. kTrainingMethod is that of networks.
-constexpr int kMethod = 11;
+/// Raised whenever the same chips and options would give other draws, test chips, or generated ones without a field. kTrainingMethod is that of
+/// networks.
+constexpr int kMethod = 12;
+
+/// Raised whenever they would give other learned views alone.
+constexpr int kFieldMethod = 1;
 
 std::string fingerprint_of(const std::vector<ClassChips>& chips) {
   std::string text;
@@ -45,17 +50,18 @@ Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
                            {"label_smoothing", c.label_smoothing}, {"shift_pixels", c.shift_pixels}, {"gain_jitter", c.gain_jitter}, {"shot_fraction", c.shot_fraction}}},
           {"generated", {{"step_deg", g.step_deg}, {"reach_deg", g.reach_deg},
                          {"depression_deg", g.depression_deg ? Json(*g.depression_deg) : Json("that of the shots")}, {"interpolation", name(g.interpolation)},
-                         {"field", g.field}, {"field_steps", g.field_steps},
-                         {"speckle", g.speckle == Speckle::none ? "none" : g.speckle == Speckle::shots ? "of shots" : "of the nearest shot"}}}};
+                         {"learned", {{"method", kFieldMethod}, {"field", g.field}, {"steps", g.field_steps},
+                                      {"speckle", g.speckle == Speckle::none ? "none" : g.speckle == Speckle::shots ? "of shots" : "of the nearest shot"}}}}}};
   // Named only where it is asked for, so that studies from before there was a choice continue.
   if (o.same_azimuths) request["chips"]["same_azimuths"] = true;
-  // Until 2026-11-29 the ground was as bright (β⁰) at another depression as at that of the shots.
-  if (g.depression_deg) request["generated"]["ground"] = "constant backscatter";
   return valid_text(request);
 }
 
-std::string study_of(const Options& o, const std::vector<ClassChips>& chips) {
-  const std::string text = request_of(o, chips).dump();
+std::string study_of(const Options& o, const std::vector<ClassChips>& chips, Arm arm) {
+  Json request = request_of(o, chips);
+  if (arm == Arm::none) request.erase("generated");
+  else if (!needs_field(arm)) request["generated"].erase("learned");
+  const std::string text = request.dump();
   return sha256_hex(std::as_bytes(std::span(text))).substr(0, 16);
 }
 
@@ -133,10 +139,11 @@ std::size_t export_chips(const Options& o, const std::vector<ClassChips>& chips,
   for (const int n_shots : o.shots)
     for (int number = 0; number < o.n_draws; ++number) {
       const Draw draw = draw_shots(chips, n_shots, number, o);
-      DrawFile file{study_of(o, chips), {}, n_shots, number, options_of_draw(o, number), shots_of_classes(chips, draw), {}, {}};
+      DrawFile file{{}, n_shots, number, options_of_draw(o, number), shots_of_classes(chips, draw), {}, {}};
       for (const Arm arm : o.arms) {
         monitor.check();
-        const LabelledChips& generated = file.generated[std::string(name(arm))] = generated_chips(arm, chips, draw, o, cache, monitor);
+        const LabelledChips generated = generated_chips(arm, chips, draw, o, cache, monitor);
+        file.generated[std::string(name(arm))] = {generated, study_of(o, chips, arm)};
         n_chips += static_cast<std::size_t>(file.shots.size() + generated.size());
         if (!o.chips_folder.empty()) {
           const auto folder = o.chips_folder / format("%02d_%02d", n_shots, number) / std::string(name(arm));
@@ -189,7 +196,6 @@ std::string plan_text(const Options& o, const std::vector<ClassChips>& chips) {
   for (const ClassChips& c : chips)
     text += format("  %-16s %4zu chips at %g deg, %4zu at %g deg\n", c.name.c_str(), c.training.size(), o.training_depression_deg,
                    c.test.size(), o.test_depression_deg);
-  const auto needs_field = [](Arm arm) { return arm == Arm::learned || arm == Arm::learned_turned || arm == Arm::corrected; };
   const bool learned = std::ranges::any_of(o.arms, needs_field);
   text += format("  cells            %zu: classifiers, arms, shots and %d draws\n", number_of_cells(o), o.n_draws);
   if (learned)
@@ -232,7 +238,8 @@ std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chi
   const auto cache = o.output / "generated";
   make_folder(o.output / "cells");
   make_folder(cache);
-  const std::string study = study_of(o, chips);
+  std::map<Arm, std::string> studies;
+  for (const Arm arm : o.arms) studies[arm] = study_of(o, chips, arm);
   std::uint64_t n_steps = 0, n_done = 0;  // of the cells that are not there
   std::set<std::filesystem::path> missing;
   each_cell(o, [&](const Cell& cell) {
@@ -249,7 +256,7 @@ std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chi
         for (const Classifier classifier : o.classifiers) {
           if (!is_asked(classifier, arm)) continue;
           monitor.check();
-          Cell& cell = cells.emplace_back(Cell{classifier, std::string(name(arm)), n_shots, number, study, {}, {}, {}, {}, 0.0});
+          Cell& cell = cells.emplace_back(Cell{classifier, std::string(name(arm)), n_shots, number, studies.at(arm), {}, {}, {}, {}, 0.0});
           const auto file = file_of(o, cell);
           if (std::filesystem::exists(file)) {
             read_cell(cell, file, o.exchange, chips.size());

@@ -33,19 +33,33 @@ enum class Arm {
   none,
   turned,          ///< the nearest shot, turned on the level plane, within the gap between shots
   turned_both,     ///< both shots next to a view, turned: twice as many chips as turned, without a field
+  turned_clutter,  ///< the nearest shot, turned, on the clutter of shots that learned views get
   turned_circle,   ///< every shot, turned through 360°
   rescaled,        ///< the nearest shot, turned, and rescaled in range to the depression of generated chips
   interpolated,    ///< the neighbouring shots, turned and averaged
   learned,         ///< views of a field that was learned from the shots, with the clutter of shots
   learned_turned,  ///< both
-  interpolated_turned,  ///< as many chips as learned_turned, without a field: its control
+  interpolated_turned,  ///< as many chips as learned_turned, without a field: a control
+  clutter_turned,       ///< turned_clutter and turned: as many chips, and the same clutter, as learned_turned, without a field: a control
   corrected,       ///< the nearest shot, turned, times the change that the field predicts
   measured,        ///< the measured chips nearest to these azimuths: what generation could reach at most
 };
 std::string_view name(Arm arm);
 
-inline constexpr Arm kArms[] = {Arm::none,         Arm::turned,  Arm::turned_both,    Arm::turned_circle,       Arm::rescaled,
-                                Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::corrected, Arm::measured};
+/// Whether its chips are made by a field.
+inline bool needs_field(Arm arm) { return arm == Arm::learned || arm == Arm::learned_turned || arm == Arm::corrected; }
+
+/// The arm whose chips stand beside turned ones in an arm that joins both.
+inline std::optional<Arm> beside_turned(Arm arm) {
+  if (arm == Arm::learned_turned) return Arm::learned;
+  if (arm == Arm::interpolated_turned) return Arm::interpolated;
+  if (arm == Arm::clutter_turned) return Arm::turned_clutter;
+  return std::nullopt;
+}
+
+inline constexpr Arm kArms[] = {Arm::none,         Arm::turned,  Arm::turned_both,    Arm::turned_clutter,      Arm::turned_circle,  Arm::rescaled,
+                                Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::clutter_turned, Arm::corrected,
+                                Arm::measured};
 
 /// What the clutter of a learned view is.
 enum class Speckle {
@@ -141,17 +155,15 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, c
 LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
                               const std::filesystem::path& cache, const Monitor& monitor);
 
-/// For the eye, in decibels: up to eight chips of each set, evenly spread, a set in each row. `white`: the power of white; without one,
-/// each chip has its own.
-Image<std::uint8_t> picture_of_rows(const std::vector<LabelledChips>& rows, std::optional<float> white);
-
 /// The test chips of a draw; with exchanged backgrounds too, if the options ask for them.
 TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, const Options& options);
 
-/// For the eye, a picture for each class, in decibels on one scale: measured chips at the azimuths of generated ones, and below them what the
-/// arms make, as classifiers get it; a row each, evenly spread.
-std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
-                                               const std::filesystem::path& cache, const Monitor& monitor);
+/// In the folder of a study.
+inline constexpr const char* kExchangePicture = "pictures/exchanged_background.png";
+
+/// Writes a picture of each class, measured chips and below them those of the arms, and one of exchanged backgrounds. They are made again for other
+/// arms or shots.
+void write_pictures(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
 
 /// Side of the chips that classifiers get (pixels): the largest crop, and room for shifts.
 inline constexpr int kStoredSide = 88 + 2 * 8;
@@ -167,6 +179,9 @@ std::vector<Image<float>> powers_of(const LabelledChips& chips);
 
 /// The background of a chip over its mean, everywhere: where its target and its shadow are, it is that of the chip's edge.
 Image<float> relative_background(const Image<float>& power);
+
+/// The target and the shadow of a chip on clutter of mean 1, which is made as bright as the chip's background.
+Image<float> on_clutter(const Image<float>& power, const Image<float>& clutter);
 
 /// Fills `within` and `across`: the test chips, with targets and shadows on the backgrounds of other test chips of the same class and nearly
 /// the same azimuth (a control: whatever this costs is the exchange's own fault) and of other classes. Targets and shadows are regions of
@@ -196,8 +211,8 @@ std::string plan_text(const Options& options, const std::vector<ClassChips>& chi
 /// which cells are asked for.
 Json request_of(const Options& options, const std::vector<ClassChips>& chips);
 
-/// What cells, draws and learned views of this study are marked with.
-std::string study_of(const Options& options, const std::vector<ClassChips>& chips);
+/// Fingerprint of what chips and cells of an arm depend on: without a field, not on the options of fields. So other fields leave such cells valid.
+std::string study_of(const Options& options, const std::vector<ClassChips>& chips, Arm arm);
 
 /// Throws UsageError if a draw that is asked for has not enough chips.
 void require_draws(const Options& options, const std::vector<ClassChips>& chips);

@@ -78,16 +78,17 @@ Options parse(const std::vector<std::string>& arguments) {
 
 /// Makes a cell, unless there is one of the same study.
 void make_cell_file(const Options& o, Classifier classifier, const std::string& arm, const DrawFile& draw) {
-  Cell cell{classifier, arm, draw.n_shots, draw.draw, draw.study, {}, {}, {}, {}, 0.0};
+  const DrawFile::Generated& generated = draw.generated.at(arm);
+  Cell cell{classifier, arm, draw.n_shots, draw.draw, generated.study, {}, {}, {}, {}, 0.0};
   const auto file = o.output / cell_file_name(cell);
   if (std::ifstream in(file); in) {
     const std::string text((std::istreambuf_iterator<char>(in)), {});
-    if (text.find("\"study\": \"" + draw.study + "\"") != std::string::npos) return;
+    if (text.find("\"study\": \"" + generated.study + "\"") != std::string::npos) return;
     throw std::runtime_error(file.string() + ": is a cell of other chips or options; choose another folder (-o)");
   }
   ClassifierOptions options = draw.options;
   options.device = o.device;
-  make_cell(cell, {draw.shots, draw.generated.at(arm)}, draw.test, static_cast<int>(draw.classes.size()), options);
+  make_cell(cell, {draw.shots, generated.chips}, draw.test, static_cast<int>(draw.classes.size()), options);
   // Renamed when complete: an interrupted run leaves no half of a cell.
   const auto part = std::filesystem::path(file).concat(".part");
   std::ofstream out(part);
@@ -109,7 +110,7 @@ void run(const Options& o) {
     for (const std::string& arm : o.arms)
       if (draw.generated.count(arm) == 0) throw std::runtime_error(file + ": has no chips of the arm '" + arm + "'");
     for (const Classifier classifier : o.classifiers)
-      for (const auto& [arm, chips] : draw.generated) {
+      for (const auto& [arm, generated] : draw.generated) {
         const bool asked = o.arms.empty() || std::find(o.arms.begin(), o.arms.end(), arm) != o.arms.end();
         // The background of an arm is that of its shots.
         if (asked && (classifier != Classifier::background || arm == "none")) make_cell_file(o, classifier, arm, draw);

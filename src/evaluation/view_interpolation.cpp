@@ -178,8 +178,9 @@ double settle(double position) {
 }  // namespace
 
 WarpedView::WarpedView(const PosedImage& image, const Acquisition& wanted, Warp warp,
-                       double plane_height_m)
+                       double plane_height_m, Resampling resampling)
     : image_(image), view_(image.acquisition), wanted_(wanted), frame_(radar_frame(view_)) {
+  if (resampling == Resampling::cubic) amplitude_ = amplitude_of(image.power);
   Acquisition seen = wanted;
   if (warp == Warp::rescale) seen.azimuth_rad = view_.azimuth_rad;
   through_plane_ = warp != Warp::none && !same_sight(seen, view_);
@@ -213,7 +214,10 @@ double WarpedView::value(int i, int j) const {
 }
 
 double WarpedView::at(double along_track_m, double range_offset_m) const {
-  return bilinear(image_.power, settle(view_.row_of(along_track_m)), settle(view_.bin_of(range_offset_m)));
+  const double row = settle(view_.row_of(along_track_m)), bin = settle(view_.bin_of(range_offset_m));
+  if (amplitude_.pixels().empty()) return bilinear(image_.power, row, bin);
+  const double amplitude = std::max(0.0, cubic(amplitude_, row, bin));
+  return amplitude * amplitude;
 }
 
 namespace {
@@ -290,15 +294,16 @@ std::vector<Interpolation> despeckling_for(std::span<const PosedImage> training)
 }
 
 Image<float> interpolate_between(Views training, const Acquisition& wanted, Interpolation method,
-                                 double plane_height_m, Average average) {
+                                 double plane_height_m, Average average, Resampling resampling) {
   return weighted_mean(neighbours_of(training, wanted, method), wanted, warp_of(method),
-                       plane_height_m, average);
+                       plane_height_m, average, resampling);
 }
 
 Image<float> weighted_mean(std::span<const Neighbour> neighbours, const Acquisition& wanted,
-                           Warp warp, double plane_height_m, Average average) {
+                           Warp warp, double plane_height_m, Average average, Resampling resampling) {
   std::vector<WarpedView> views;
-  for (const Neighbour& n : neighbours) views.emplace_back(*n.view, wanted, warp, plane_height_m);
+  views.reserve(neighbours.size());
+  for (const Neighbour& n : neighbours) views.emplace_back(*n.view, wanted, warp, plane_height_m, resampling);
 
   Image<float> image(wanted.n_azimuth, wanted.n_range);
   parallel_for(static_cast<std::size_t>(wanted.n_azimuth), 16,
@@ -319,9 +324,9 @@ Image<float> weighted_mean(std::span<const Neighbour> neighbours, const Acquisit
 }
 
 Image<float> interpolate_view(std::span<const PosedImage> training, const Acquisition& wanted,
-                              Interpolation method, double plane_height_m) {
+                              Interpolation method, double plane_height_m, Resampling resampling) {
   validate(wanted);
-  return interpolate_between(checked_views(training), wanted, method, plane_height_m);
+  return interpolate_between(checked_views(training), wanted, method, plane_height_m, Average::power, resampling);
 }
 
 }  // namespace sarnerf

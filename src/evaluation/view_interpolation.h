@@ -60,7 +60,7 @@ enum class Warp { none, rescale, turn };
 class WarpedView {
  public:
   /// `image` and `wanted` must outlive the object.
-  WarpedView(const PosedImage& image, const Acquisition& wanted, Warp warp, double plane_height_m);
+  WarpedView(const PosedImage& image, const Acquisition& wanted, Warp warp, double plane_height_m, Resampling resampling);
 
   double value(int i, int j) const;
 
@@ -68,6 +68,7 @@ class WarpedView {
   double at(double along_track_m, double range_offset_m) const;
 
   const PosedImage& image_;
+  Image<float> amplitude_;  ///< of cubic resampling; else empty
   Acquisition view_;
   const Acquisition& wanted_;
   RadarFrame frame_;
@@ -86,11 +87,13 @@ enum class Average { power, amplitude };
 
 /// interpolate_view() between checked views, which may be a part of the training set.
 Image<float> interpolate_between(Views training, const Acquisition& wanted, Interpolation method,
-                                 double plane_height_m, Average average = Average::power);
+                                 double plane_height_m, Average average = Average::power,
+                                 Resampling resampling = Resampling::bilinear);
 
 /// Σ weight × view on the grid of `wanted`, each warped by the plane. See interpolate_view().
 Image<float> weighted_mean(std::span<const Neighbour> neighbours, const Acquisition& wanted,
-                           Warp warp, double plane_height_m, Average average = Average::power);
+                           Warp warp, double plane_height_m, Average average = Average::power,
+                           Resampling resampling = Resampling::bilinear);
 
 /// Leave-one-out cross-validation on the training images: up to twelve of them, spread over the set, are each predicted
 /// from all others.

@@ -93,7 +93,7 @@ namespace {
 
 using Dictionary = c10::impl::GenericDict;
 
-constexpr const char* kFormat = "sarnerf-draw-3";
+constexpr const char* kFormat = "sarnerf-draw-4";
 
 void put(Dictionary& file, const std::string& name, const LabelledChips& chips) {
   const bool any = chips.size() > 0;
@@ -143,7 +143,6 @@ void write_draw_file(const std::string& path, const DrawFile& draw) {
   Dictionary file(c10::StringType::get(), c10::AnyType::get());
   file.insert("format", std::string(kFormat));
   file.insert("training_method", static_cast<std::int64_t>(kTrainingMethod));
-  file.insert("study", draw.study);
   file.insert("classes", lines(draw.classes));
   file.insert("shots_of_each_class", static_cast<std::int64_t>(draw.n_shots));
   file.insert("draw", static_cast<std::int64_t>(draw.draw));
@@ -153,9 +152,10 @@ void write_draw_file(const std::string& path, const DrawFile& draw) {
   put(file, "test within", draw.test.within);
   put(file, "test across", draw.test.across);
   std::vector<std::string> arms;
-  for (const auto& [arm, chips] : draw.generated) {
+  for (const auto& [arm, generated] : draw.generated) {
     arms.push_back(arm);
-    put(file, arm, chips);
+    put(file, arm, generated.chips);
+    file.insert(arm + ".study", generated.study);
   }
   file.insert("arms", lines(arms));
   const std::vector<char> bytes = torch::jit::pickle_save(file);
@@ -177,7 +177,6 @@ DrawFile read_draw_file(const std::string& path) {
     if (file.at("format").toStringRef() != kFormat) throw std::runtime_error("format");
     if (file.at("training_method").toInt() != kTrainingMethod) throw std::runtime_error("training_method");
     DrawFile draw;
-    draw.study = file.at("study").toStringRef();
     draw.classes = texts_of(file, "classes");
     draw.n_shots = static_cast<int>(file.at("shots_of_each_class").toInt());
     draw.draw = static_cast<int>(file.at("draw").toInt());
@@ -186,7 +185,7 @@ DrawFile read_draw_file(const std::string& path) {
     });
     draw.shots = chips_of(file, "shots");
     draw.test = {chips_of(file, "test"), chips_of(file, "test within"), chips_of(file, "test across")};
-    for (const std::string& arm : texts_of(file, "arms")) draw.generated[arm] = chips_of(file, arm);
+    for (const std::string& arm : texts_of(file, "arms")) draw.generated[arm] = {chips_of(file, arm), file.at(arm + ".study").toStringRef()};
     return draw;
   } catch (const std::exception&) {
     throw std::runtime_error(path + ": is not a file of a draw of shots (sar_fewshot --export-draws of this version), or is damaged (" +

@@ -116,6 +116,15 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   CHECK(chips.run({{"--arms", "none,turned"}}).code == 0);
   CHECK(fs::file_size(chips / "study/pictures/cuboid.png") < picture);
 
+  // Other fields leave the cells of arms without one valid.
+  REQUIRE(chips.run({{"--field-steps", "11"}, {"--draws", "1"}, {"--classifiers", "nearest"}, {"--output", "fields"}}).code == 0);
+  const auto mark = [&](const std::string& folder, const std::string& arm) {
+    return chips.json(folder + "/cells/nearest_" + arm + "_04_00.json").at("study").get<std::string>();
+  };
+  for (const char* arm : {"none", "turned"}) CHECK(mark("fields", arm) == mark("study", arm));
+  CHECK(mark("study", "none") != mark("study", "turned"));
+  CHECK(mark("fields", "learned") != mark("study", "learned"));
+
   // Cells and folders of other chips or options.
   CHECK(chips.run({{"--rate", "0.001"}}).code == 2);
   CHECK(chips.run({{"--classes", "cuboid,l_building"}}).is_error("other chips or options"));
@@ -232,28 +241,36 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
     return sarnerf::read_draw_file((chips / folder / "04_00.pt").string());
   };
   // Gaps of 90°, more or less, by 5°; within 15° of either shot.
-  const auto near = draw("near", {{"--arms", "turned,turned-both,turned-360,interpolated,interpolated+turned"}, {"--step", "5"}}).generated;
-  CHECK(near.at("turned").size() == 3 * 4 * 6);
-  CHECK(near.at("turned-360").size() == 3 * 4 * 23);
-  const auto of_both = [&](int first) { return near.at("turned-both").amplitude.slice(0, first, near.at("turned-both").size(), 2); };
-  CHECK(torch::equal(of_both(0), near.at("turned").amplitude));
+  const auto near = draw("near", {{"--arms", "turned,turned-both,turned-360,turned-clutter,turned-clutter+turned,interpolated,interpolated+turned"}, {"--step", "5"}}).generated;
+  CHECK(near.at("turned").chips.size() == 3 * 4 * 6);
+  CHECK(near.at("turned-360").chips.size() == 3 * 4 * 23);
+  const auto of_both = [&](int first) { return near.at("turned-both").chips.amplitude.slice(0, first, near.at("turned-both").chips.size(), 2); };
+  CHECK(torch::equal(of_both(0), near.at("turned").chips.amplitude));
   CHECK(of_both(1).sizes() == of_both(0).sizes());
   CHECK_FALSE(torch::allclose(of_both(1), of_both(0), 0.1));
-  CHECK(torch::equal(near.at("interpolated+turned").amplitude,
-                     torch::cat({near.at("interpolated").amplitude, near.at("turned").amplitude})));
-  CHECK(draw("nearer", {{"--arms", "turned"}, {"--step", "5"}, {"--reach", "5.1"}}).generated.at("turned").size() == 3 * 4 * 2);
+  CHECK(torch::equal(near.at("interpolated+turned").chips.amplitude,
+                     torch::cat({near.at("interpolated").chips.amplitude, near.at("turned").chips.amplitude})));
+  // The same targets on other clutter.
+  const torch::Tensor &turned_shots = near.at("turned").chips.amplitude, &on_clutter = near.at("turned-clutter").chips.amplitude;
+  CHECK(torch::equal(near.at("turned-clutter+turned").chips.amplitude, torch::cat({on_clutter, turned_shots})));
+  const auto middle = [](const torch::Tensor& amplitude) { return amplitude.slice(1, 48, 56).slice(2, 48, 56); };
+  const auto edge = [](const torch::Tensor& amplitude) { return amplitude.slice(1, 0, 16).slice(2, 0, 16); };
+  CHECK(torch::allclose(middle(on_clutter), middle(turned_shots), 1e-6));
+  CHECK_FALSE(torch::allclose(edge(on_clutter), edge(turned_shots), 0.1));
+  CHECK(edge(on_clutter).square().mean().item<double>() == Approx(edge(turned_shots).square().mean().item<double>()).epsilon(0.1));
+  CHECK(draw("nearer", {{"--arms", "turned"}, {"--step", "5"}, {"--reach", "5.1"}}).generated.at("turned").chips.size() == 3 * 4 * 2);
   const auto whole = draw("whole", {{"--arms", "turned,interpolated"}, {"--step", "5"}, {"--reach", "180"}}).generated;
   for (const char* arm : {"turned", "interpolated"}) {
     INFO(arm);
-    CHECK(whole.at(arm).size() == 3 * (72 - 4));
+    CHECK(whole.at(arm).chips.size() == 3 * (72 - 4));
     // Chips of 112 pixels have no room for turns of 45°: their edges are mirrored, and no corner is black.
-    const torch::Tensor corner = whole.at(arm).amplitude.slice(1, 0, 8).slice(2, 0, 8).amax({1, 2});
+    const torch::Tensor corner = whole.at(arm).chips.amplitude.slice(1, 0, 8).slice(2, 0, 8).amax({1, 2});
     CHECK(corner.min().item<float>() > 0.0f);
   }
 
   // Turned shots, corrected by a field.
   const sarnerf::DrawFile both = draw("corrected", {{"--arms", "turned,corrected"}});
-  const sarnerf::LabelledChips &turned = both.generated.at("turned"), &corrected = both.generated.at("corrected");
+  const sarnerf::LabelledChips &turned = both.generated.at("turned").chips, &corrected = both.generated.at("corrected").chips;
   REQUIRE(corrected.size() == turned.size());
   CHECK(torch::equal(corrected.label, turned.label));
   CHECK_FALSE(torch::allclose(corrected.amplitude, turned.amplitude, 0.1));
@@ -262,14 +279,14 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
   // With the clutter of the nearest shots, learned chips show the ground of turned ones; with that of any shot, other ground. After wider
   // turns the edges of both are mirror images, of a chip with its target and of one without.
   const auto ground_in_common = [&](const sarnerf::DrawFile& file) {
-    const auto edge = [&](const char* arm) { return file.generated.at(arm).amplitude.slice(2, 0, 16).flatten(); };
+    const auto edge = [&](const char* arm) { return file.generated.at(arm).chips.amplitude.slice(2, 0, 16).flatten(); };
     return torch::corrcoef(torch::stack({edge("learned"), edge("turned")}))[0][1].item<double>();
   };
   CHECK(ground_in_common(draw("nearest", {{"--arms", "turned,learned"}, {"--speckle", "nearest"}})) > 0.9);
   CHECK(std::abs(ground_in_common(draw("any", {{"--arms", "turned,learned"}}))) < 0.1);
 
   const sarnerf::DrawFile validation = draw("validation", {{"--arms", "measured"}, {"--validate", ""}, {"--reach", "180"}});
-  const sarnerf::LabelledChips& measured = validation.generated.at("measured");
+  const sarnerf::LabelledChips& measured = validation.generated.at("measured").chips;
   CHECK(measured.size() > 0);
   REQUIRE(validation.test.measured.size() > 0);
   for (std::int64_t n = 0; n < validation.test.measured.size(); ++n)

@@ -30,6 +30,12 @@ enum class Interpolation {
 /// "nearest view", "linear in azimuth", …: for the rows of tables.
 std::string_view name(Interpolation method);
 
+/// How values between the pixels of an image are found.
+enum class Resampling {
+  bilinear,  ///< of power; smooths speckle
+  cubic,     ///< of amplitude, by cubic(), negative ones cut to 0; smooths speckle about half as much
+};
+
 /// Whether the method depends on the height of interpolate_view()'s plane.
 bool supposes_plane(Interpolation method);
 
@@ -44,7 +50,7 @@ std::vector<Interpolation> despeckling_for(std::span<const PosedImage> training)
 /// The image that `method` predicts on the grid of `wanted`, linear power.
 ///
 /// Training images are looked up by the distances (m) from the wanted aim point along track and in range, so that sizes,
-/// spacings, look sides and aim points may differ. Values between pixels are bilinear, beyond the image's border 0. Turning
+/// spacings, look sides and aim points may differ. Values between pixels are `resampling`'s, beyond the image's border 0. Turning
 /// and rescaling assume that all scatterers lie on one horizontal plane, y = `plane_height_m` above the wanted aim point.
 /// The plane's point that the wanted radar sees in pixel (i, j),
 ///
@@ -53,14 +59,15 @@ std::vector<Interpolation> despeckling_for(std::span<const PosedImage> training)
 ///
 /// is looked up where the training view sees it (project()), so range shrinks or grows by the ratio of the sines of
 /// the incidences; bins nearer than the plane are 0. Values are not rescaled. For the acquisition of a training view,
-/// every method but the means returns that view's image bit by bit, unless its pitch has another view at that azimuth;
-/// the bilinear methods do so only if the view's incidence is the mean of its pitch.
+/// every method but the means returns that view's image bit by bit (cubic resampling: but for rounding), unless its pitch
+/// has another view at that azimuth; the bilinear methods do so only if the view's incidence is the mean of its pitch.
 ///
 /// Throws UsageError without training images and where an image does not have the size of its acquisition;
 /// GeometryError for an impossible acquisition. Cost: linear in the wanted pixels, at most two images looked up at
 /// each (bilinear methods: four; means: six or twelve), rows in parallel.
 Image<float> interpolate_view(std::span<const PosedImage> training, const Acquisition& wanted,
-                              Interpolation method, double plane_height_m = 0.0);
+                              Interpolation method, double plane_height_m = 0.0,
+                              Resampling resampling = Resampling::bilinear);
 
 /// The height of the plane (m above the aim point) for which turned views predict each other best: the one with the
 /// highest mean PSNR of `rotated_linear` on training views that are left out one at a time. For a building, the plane

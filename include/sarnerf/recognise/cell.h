@@ -30,7 +30,7 @@ struct Cell {
   Classifier classifier = Classifier::a_convnet;
   std::string arm;
   int n_shots = 0, draw = 0;            ///< 0 shots: all chips
-  std::string study;                    ///< fingerprint of the study's chips and options
+  std::string study;                    ///< fingerprint of the chips and options that the arm depends on
   Confusion confusion, within, across;  ///< of TestChips
   std::string device;                   ///< "cpu, 2 threads": networks of other devices differ by rounding, and by what follows from it
   double seconds = 0.0;
@@ -49,13 +49,18 @@ std::string cell_json(const Cell& cell);
 /// Everything that the classifiers of one draw of shots need, as one file: sar_fewshot writes it where the chips are, and
 /// sar_recognise reads it where a GPU is.
 struct DrawFile {
-  std::string study;  ///< as in Cell
+  /// The chips of an arm; without any for the shots alone.
+  struct Generated {
+    LabelledChips chips;
+    std::string study;  ///< as in Cell
+  };
+
   std::vector<std::string> classes;
   int n_shots = 0, draw = 0;
   ClassifierOptions options;
   LabelledChips shots;
   TestChips test;
-  std::map<std::string, LabelledChips> generated;  ///< by arm; without chips for the shots alone
+  std::map<std::string, Generated> generated;  ///< by arm
 };
 
 /// A pickled dictionary of tensors, numbers and texts, which Python's torch.load() reads too. The device is not kept. The file appears
