@@ -254,10 +254,10 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
   const torch::Tensor &turned_shots = near.at("turned").chips.amplitude, &on_clutter = near.at("turned-clutter").chips.amplitude;
   CHECK(torch::equal(near.at("turned-clutter+turned").chips.amplitude, torch::cat({on_clutter, turned_shots})));
   const auto middle = [](const torch::Tensor& amplitude) { return amplitude.slice(1, 48, 56).slice(2, 48, 56); };
-  const auto edge = [](const torch::Tensor& amplitude) { return amplitude.slice(1, 0, 16).slice(2, 0, 16); };
+  const auto first_corner = [](const torch::Tensor& amplitude) { return amplitude.slice(1, 0, 16).slice(2, 0, 16); };
   CHECK(torch::allclose(middle(on_clutter), middle(turned_shots), 1e-6));
-  CHECK_FALSE(torch::allclose(edge(on_clutter), edge(turned_shots), 0.1));
-  CHECK(edge(on_clutter).square().mean().item<double>() == Approx(edge(turned_shots).square().mean().item<double>()).epsilon(0.1));
+  CHECK_FALSE(torch::allclose(first_corner(on_clutter), first_corner(turned_shots), 0.1));
+  CHECK(first_corner(on_clutter).square().mean().item<double>() == Approx(first_corner(turned_shots).square().mean().item<double>()).epsilon(0.1));
   CHECK(draw("nearer", {{"--arms", "turned"}, {"--step", "5"}, {"--reach", "5.1"}}).generated.at("turned").chips.size() == 3 * 4 * 2);
   const auto whole = draw("whole", {{"--arms", "turned,interpolated"}, {"--step", "5"}, {"--reach", "180"}}).generated;
   for (const char* arm : {"turned", "interpolated"}) {
