@@ -123,12 +123,15 @@ Image<float> relative_background(const Image<float>& power) {
 
 Image<float> on_clutter(const Image<float>& power, const Image<float>& clutter) {
   const Image<std::uint8_t> kept = target_and_shadow(power);
-  double sum = 0.0, n_pixels = 0.0;
+  double sum = 0.0, n_kept = 0.0, n_others = 0.0;
   for (std::size_t p = 0; p < power.pixels().size(); ++p)
-    if (kept.pixels()[p] == 0) sum += double{power.pixels()[p]}, n_pixels += 1.0;
+    if (kept.pixels()[p] == 0) sum += double{power.pixels()[p]}, n_others += 1.0;
+    else n_kept += 1.0;
+  if (n_kept == 0.0 || n_others == 0.0) return power;
+  const auto level = static_cast<float>(sum / n_others);
   Image<float> result = power;
   for (std::size_t p = 0; p < power.pixels().size(); ++p)
-    if (kept.pixels()[p] == 0) result.pixels()[p] = static_cast<float>(sum / n_pixels) * clutter.pixels()[p];
+    if (kept.pixels()[p] == 0) result.pixels()[p] = level * clutter.pixels()[p];
   return result;
 }
 

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Views of fields that are learned from the shots.
-#include <algorithm>
 #include <utility>
 
-#include "sarnerf/core/error.h"
-#include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/nerf/learned_field.h"
@@ -39,7 +36,7 @@ struct LearnedViews {
   std::vector<PosedImage> wanted, of_shots;
 };
 
-/// Of a field that is learned from the shots, which are too few to find the height of their ground.
+/// Of a field that is learned from the shots, which are too few to show the height of their ground: it is given.
 LearnedViews learned_views(std::span<const PosedImage> shots, const std::vector<WantedView>& wanted, const GenerationOptions& o,
                            const FieldContext& context, const Monitor& monitor) {
   if (wanted.empty()) return {};

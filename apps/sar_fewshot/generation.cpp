@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <optional>
 #include <random>
 #include <utility>
 
@@ -25,7 +26,7 @@ std::string_view name(Arm arm) {
     case Arm::learned: return "learned";
     case Arm::learned_turned: return "learned+turned";
     case Arm::interpolated_turned: return "interpolated+turned";
-    case Arm::clutter_turned: return "turned-clutter+turned";
+    case Arm::turned_clutter_turned: return "turned-clutter+turned";
     case Arm::corrected: return "corrected";
     case Arm::measured: return "measured";
   }

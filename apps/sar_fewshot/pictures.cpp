@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of chips, for the eye.
 #include <algorithm>
-#include <cmath>
+#include <optional>
 
 #include <nlohmann/json.hpp>
 

@@ -17,7 +17,7 @@ namespace {
 
 /// Arms that the others are compared with.
 constexpr Arm kReferences[] = {Arm::none, Arm::turned, Arm::turned_both, Arm::turned_clutter, Arm::rescaled, Arm::interpolated,
-                               Arm::interpolated_turned, Arm::clutter_turned};
+                               Arm::interpolated_turned, Arm::turned_clutter_turned};
 
 /// What value() makes (a number in %) of each draw's cell, by the draw's number; without cells that it makes nothing of.
 template <class Value>

@@ -18,11 +18,11 @@ namespace sarnerf::app {
 
 namespace {
 
-/// Raised whenever the same chips and options would give other draws, test chips, or generated ones without a field. kTrainingMethod is that of
-/// networks.
+/// Raised whenever the same chips and options would give other draws, other test chips, or other generated chips without a field. Clutter of
+/// shots (relative_background(), random_background()) counts: Arm::turned_clutter has it. kTrainingMethod is that of networks.
 constexpr int kMethod = 12;
 
-/// Raised whenever they would give other learned views alone.
+/// Raised whenever the same chips and options would give other learned views, and all else would stay.
 constexpr int kFieldMethod = 1;
 
 std::string fingerprint_of(const std::vector<ClassChips>& chips) {

@@ -33,14 +33,14 @@ enum class Arm {
   none,
   turned,          ///< the nearest shot, turned on the level plane, within the gap between shots
   turned_both,     ///< both shots next to a view, turned: twice as many chips as turned, without a field
-  turned_clutter,  ///< the nearest shot, turned, on the clutter of shots that learned views get
+  turned_clutter,  ///< the nearest shot, turned, on the clutter of a shot of its class, as Speckle::shots gives to learned views
   turned_circle,   ///< every shot, turned through 360°
   rescaled,        ///< the nearest shot, turned, and rescaled in range to the depression of generated chips
   interpolated,    ///< the neighbouring shots, turned and averaged
   learned,         ///< views of a field that was learned from the shots, with the clutter of shots
   learned_turned,  ///< both
   interpolated_turned,  ///< as many chips as learned_turned, without a field: a control
-  clutter_turned,       ///< turned_clutter and turned: as many chips, and the same clutter, as learned_turned, without a field: a control
+  turned_clutter_turned,  ///< turned_clutter and turned: as many chips as learned_turned, and clutter of shots, without a field: a control
   corrected,       ///< the nearest shot, turned, times the change that the field predicts
   measured,        ///< the measured chips nearest to these azimuths: what generation could reach at most
 };
@@ -53,12 +53,12 @@ inline bool needs_field(Arm arm) { return arm == Arm::learned || arm == Arm::lea
 inline std::optional<Arm> beside_turned(Arm arm) {
   if (arm == Arm::learned_turned) return Arm::learned;
   if (arm == Arm::interpolated_turned) return Arm::interpolated;
-  if (arm == Arm::clutter_turned) return Arm::turned_clutter;
+  if (arm == Arm::turned_clutter_turned) return Arm::turned_clutter;
   return std::nullopt;
 }
 
 inline constexpr Arm kArms[] = {Arm::none,         Arm::turned,  Arm::turned_both,    Arm::turned_clutter,      Arm::turned_circle,  Arm::rescaled,
-                                Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::clutter_turned, Arm::corrected,
+                                Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::turned_clutter_turned, Arm::corrected,
                                 Arm::measured};
 
 /// What the clutter of a learned view is.
@@ -180,7 +180,8 @@ std::vector<Image<float>> powers_of(const LabelledChips& chips);
 /// The background of a chip over its mean, everywhere: where its target and its shadow are, it is that of the chip's edge.
 Image<float> relative_background(const Image<float>& power);
 
-/// The target and the shadow of a chip on clutter of mean 1, which is made as bright as the chip's background.
+/// The target and the shadow of a chip, with 8 pixels around them, on clutter of mean 1 and the same size, which is made as bright as the chip's
+/// background. A chip in which no region is found, as on a ground without power, is returned as it is.
 Image<float> on_clutter(const Image<float>& power, const Image<float>& clutter);
 
 /// Fills `within` and `across`: the test chips, with targets and shadows on the backgrounds of other test chips of the same class and nearly
@@ -211,7 +212,8 @@ std::string plan_text(const Options& options, const std::vector<ClassChips>& chi
 /// which cells are asked for.
 Json request_of(const Options& options, const std::vector<ClassChips>& chips);
 
-/// Fingerprint of what chips and cells of an arm depend on: without a field, not on the options of fields. So other fields leave such cells valid.
+/// Fingerprint of the chips and options of an arm's chips and cells. Options of fields are left out for arms without a field, and all options of
+/// generation for the shots alone: other fields leave such cells valid.
 std::string study_of(const Options& options, const std::vector<ClassChips>& chips, Arm arm);
 
 /// Throws UsageError if a draw that is asked for has not enough chips.

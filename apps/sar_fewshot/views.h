@@ -3,7 +3,7 @@
 
 #include "study.h"
 
-/// The views of which the chips of arms are made.
+/// The views of which the chips of arms are made: without a field in views.cpp, of fields in fields.cpp.
 namespace sarnerf::app {
 
 /// A view to generate, the shot nearest to it, and the one on the other side of it.

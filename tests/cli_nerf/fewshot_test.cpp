@@ -117,7 +117,7 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   CHECK(fs::file_size(chips / "study/pictures/cuboid.png") < picture);
 
   // Other fields leave the cells of arms without one valid.
-  REQUIRE(chips.run({{"--field-steps", "11"}, {"--draws", "1"}, {"--classifiers", "nearest"}, {"--output", "fields"}}).code == 0);
+  REQUIRE(chips.run({{"--field-steps", "11"}, {"--speckle", "off"}, {"--draws", "1"}, {"--classifiers", "nearest"}, {"--output", "fields"}}).code == 0);
   const auto mark = [&](const std::string& folder, const std::string& arm) {
     return chips.json(folder + "/cells/nearest_" + arm + "_04_00.json").at("study").get<std::string>();
   };
@@ -256,7 +256,7 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
   const auto middle = [](const torch::Tensor& amplitude) { return amplitude.slice(1, 48, 56).slice(2, 48, 56); };
   const auto first_corner = [](const torch::Tensor& amplitude) { return amplitude.slice(1, 0, 16).slice(2, 0, 16); };
   CHECK(torch::allclose(middle(on_clutter), middle(turned_shots), 1e-6));
-  CHECK_FALSE(torch::allclose(first_corner(on_clutter), first_corner(turned_shots), 0.1));
+  CHECK(torch::corrcoef(torch::stack({first_corner(on_clutter).flatten(), first_corner(turned_shots).flatten()}))[0][1].item<double>() < 0.2);
   CHECK(first_corner(on_clutter).square().mean().item<double>() == Approx(first_corner(turned_shots).square().mean().item<double>()).epsilon(0.1));
   CHECK(draw("nearer", {{"--arms", "turned"}, {"--step", "5"}, {"--reach", "5.1"}}).generated.at("turned").chips.size() == 3 * 4 * 2);
   const auto whole = draw("whole", {{"--arms", "turned,interpolated"}, {"--step", "5"}, {"--reach", "180"}}).generated;

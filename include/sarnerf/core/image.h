@@ -69,8 +69,9 @@ inline double bilinear(const Image<float>& image, double i, double j) {
   return sum;
 }
 
-/// Cubic convolution (Keys 1981, IEEE TASSP 29(6), a = −1/2; the spline of Catmull and Rom) at a position in pixels. Conventions are those of
-/// bilinear(). Exact for polynomials of degree 2; beside an edge it overshoots, below 0 too. Cost: 16 pixels.
+/// Cubic convolution (Keys 1981, IEEE TASSP 29(6), a = −1/2; the spline of Catmull and Rom) at a position in pixels. Whole numbers are pixel
+/// centres; pixels beyond the border are 0, so that values reach two pixels beyond it. Exact for polynomials of degree 2 where all 4 × 4 pixels
+/// are inside; beside an edge it overshoots, below 0 too. Returns 0 where the position is NaN.
 inline double cubic(const Image<float>& image, double i, double j) {
   if (!(i > -2.0 && i < image.n_azimuth() + 1.0 && j > -2.0 && j < image.n_range() + 1.0)) return 0.0;
   const auto weights = [](double t, double (&w)[4]) {
