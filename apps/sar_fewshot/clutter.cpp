@@ -77,15 +77,19 @@ TargetAndBackground separated(const Image<float>& power) {
   return result;
 }
 
-/// The target and the shadow of one chip on the background of another one, which is made as bright as the first one's.
-Image<float> on_background_of(const TargetAndBackground& target, const TargetAndBackground& donor) {
-  Image<float> result = *target.power;
-  const Image<float> background = background_of(*donor.power, donor.kept);
-  const auto gain = static_cast<float>(std::pow(target.background_root / donor.background_root, 4.0));
+/// A chip whose pixels that are not kept are those of another background, times a gain.
+Image<float> on_background(const Image<float>& power, const Image<std::uint8_t>& kept, const Image<float>& background, float gain) {
+  Image<float> result = power;
   for (int i = 0; i < result.n_azimuth(); ++i)
     for (int j = 0; j < result.n_range(); ++j)
-      if (target.kept(i, j) == 0) result(i, j) = gain * background(i, j);
+      if (kept(i, j) == 0) result(i, j) = gain * background(i, j);
   return result;
+}
+
+/// The target and the shadow of one chip on the background of another one, which is made as bright as the first one's.
+Image<float> on_background_of(const TargetAndBackground& target, const TargetAndBackground& donor) {
+  return on_background(*target.power, target.kept, background_of(*donor.power, donor.kept),
+                       static_cast<float>(std::pow(target.background_root / donor.background_root, 4.0)));
 }
 
 /// Of each chip, one of another class, at random; or one of the four of its own class that are nearest in azimuth. A chip that is alone in
@@ -123,16 +127,11 @@ Image<float> relative_background(const Image<float>& power) {
 
 Image<float> on_clutter(const Image<float>& power, const Image<float>& clutter) {
   const Image<std::uint8_t> kept = target_and_shadow(power);
-  double sum = 0.0, n_kept = 0.0, n_others = 0.0;
+  double sum = 0.0, n_others = 0.0;
   for (std::size_t p = 0; p < power.pixels().size(); ++p)
     if (kept.pixels()[p] == 0) sum += double{power.pixels()[p]}, n_others += 1.0;
-    else n_kept += 1.0;
-  if (n_kept == 0.0 || n_others == 0.0) return power;
-  const auto level = static_cast<float>(sum / n_others);
-  Image<float> result = power;
-  for (std::size_t p = 0; p < power.pixels().size(); ++p)
-    if (kept.pixels()[p] == 0) result.pixels()[p] = level * clutter.pixels()[p];
-  return result;
+  if (n_others == 0.0 || n_others == static_cast<double>(power.pixels().size())) return power;
+  return on_background(power, kept, clutter, static_cast<float>(sum / n_others));
 }
 
 void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {

@@ -57,9 +57,9 @@ inline std::optional<Arm> beside_turned(Arm arm) {
   return std::nullopt;
 }
 
-inline constexpr Arm kArms[] = {Arm::none,         Arm::turned,  Arm::turned_both,    Arm::turned_clutter,      Arm::turned_circle,  Arm::rescaled,
-                                Arm::interpolated, Arm::learned, Arm::learned_turned, Arm::interpolated_turned, Arm::turned_clutter_turned, Arm::corrected,
-                                Arm::measured};
+inline constexpr Arm kArms[] = {Arm::none,           Arm::turned,              Arm::turned_both,           Arm::turned_clutter, Arm::turned_circle,
+                                Arm::rescaled,       Arm::interpolated,        Arm::learned,               Arm::learned_turned,
+                                Arm::interpolated_turned, Arm::turned_clutter_turned, Arm::corrected, Arm::measured};
 
 /// What the clutter of a learned view is.
 enum class Speckle {
