@@ -49,7 +49,8 @@ struct ChipsFound {
 /// Whether the options ask for chips of this class and depression. Counts those of their classes at other depressions.
 bool is_wanted(const Options& o, const std::string& class_name, std::optional<double> depression_deg, ChipsFound& found) {
   if (class_name.empty() || !(o.classes.empty() || std::ranges::find(o.classes, class_name) != o.classes.end())) return false;
-  if (depression_deg && (is_near(*depression_deg, o.training_depression_deg) || is_near(*depression_deg, o.test_depression_deg))) return true;
+  if (depression_deg && is_near(*depression_deg, o.training_depression_deg)) return true;
+  if (depression_deg && !o.validate && is_near(*depression_deg, o.test_depression_deg)) return true;
   ++found.n_other_depressions;
   return false;
 }
@@ -168,8 +169,8 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
                             o.test_depression_deg, 2.0 * kSameDepression_deg, o.training_depression_deg));
   ChipsFound found = o.table.empty() ? chips_of_datasets(o, console, monitor) : chips_of_table(o, monitor);
   if (found.chips.empty())
-    throw InputError(format("%s: expected chips%s at %g or %g deg of depression, found none%s", o.chips.c_str(),
-                            o.classes.empty() ? "" : " of these classes", o.training_depression_deg, o.test_depression_deg,
+    throw InputError(format("%s: expected chips%s at %s deg of depression, found none%s", o.chips.c_str(), o.classes.empty() ? "" : " of these classes",
+                            (o.validate ? format("%g", o.training_depression_deg) : format("%g or %g", o.training_depression_deg, o.test_depression_deg)).c_str(),
                             o.table.empty() ? "; datasets are searched (sar_import makes them), or images of a table (--csv)" : ""));
   std::map<std::string, ClassChips> by_name;
   for (ChipOfClass& f : found.chips) {
@@ -248,7 +249,7 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, c
     if (!o.same_azimuths || draw.shots.empty()) start_deg = std::uniform_real_distribution(0.0, 360.0)(random);
     std::vector<std::size_t> shots = n_shots == 0 ? usable : spread_shots(c, usable, n_shots, start_deg);
     if (!o.validate)
-      for (std::size_t n = 0; n < tested_chips(c, o.validate).size(); ++n)
+      for (std::size_t n = 0; n < list_of_test(c, o.validate).size(); ++n)
         if (!tests_training(c, o.validate) || !std::ranges::binary_search(shots, n)) test.push_back(n);
     if (o.validate && (shots.empty() || test.empty()))
       throw UsageError(format("--validate: class %s, draw %d: expected shots and test chips, found %zu and %zu; its chips lie in too few sectors of "

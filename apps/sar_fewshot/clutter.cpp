@@ -141,7 +141,7 @@ void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips,
   std::vector<const PosedImage*> originals;
   for (std::size_t c = 0; c < chips.size(); ++c)
     for (const std::size_t n : draw.test[c]) {
-      originals.push_back(&tested_chips(chips[c], validate)[n]);
+      originals.push_back(&list_of_test(chips[c], validate)[n]);
       labels.push_back(static_cast<std::int64_t>(c));
     }
   std::vector<TargetAndBackground> separate(originals.size());

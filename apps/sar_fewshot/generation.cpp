@@ -151,7 +151,7 @@ LabelledChips with_clutter(const LabelledChips& means, const std::vector<ClassCh
 }
 
 /// Turned shots, times the change from the turned shot to the wanted view that the fields predict: what of a shot no field follows (glints,
-/// speckle) stays. Both means are raised by the field's expected error in the dark, a tenth of the view's clutter (m c in E8).
+/// speckle) stays. Both means are raised by the field's expected error in the dark, a tenth of the view's clutter (m c in E8 of docs/method/equations.md).
 LabelledChips corrected(const LabelledChips& turned_shots, const LearnedMeans& means) {
   constexpr double kError_clutter = 0.1;
   LabelledChips result{torch::empty_like(turned_shots.amplitude), turned_shots.label, turned_shots.pose_deg};
@@ -167,6 +167,17 @@ LabelledChips corrected(const LabelledChips& turned_shots, const LearnedMeans& m
 }
 
 }  // namespace
+
+std::size_t most_generated(Arm arm, const Draw& draw, const GenerationOptions& o) {
+  if (arm == Arm::none) return 0;
+  if (const std::optional<Arm> first = beside_turned(arm)) return most_generated(*first, draw, o) + most_generated(Arm::turned, draw, o);
+  std::size_t n = 0;
+  for (const auto& shots : draw.shots) {
+    const auto views = static_cast<std::size_t>(360.0 / o.step_deg) + 1 + 2 * shots.size();  // steps are rounded, and shots may have views
+    n += arm == Arm::turned_circle ? static_cast<std::size_t>(kTurnsOfCircle - 1) * shots.size() : arm == Arm::turned_both ? 2 * views : views;
+  }
+  return n;
+}
 
 LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& o,
                               const std::filesystem::path& cache, const Monitor& monitor) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_fewshot: few-shot recognition of SAR chips with generated views.
 #include <algorithm>
+#include <map>
 
 #include <nlohmann/json.hpp>
 
@@ -12,19 +13,39 @@
 #include "sarnerf/core/text.h"
 #include "sarnerf/report/page.h"
 #include "study.h"
+#include "torch_setup.h"
 #include "values.h"
 #include "version.h"
 
 namespace sarnerf::app {
 namespace {
 
-/// Takes a folder that is empty or holds the results of the same request, and refuses others.
-void take_folder(const std::filesystem::path& folder, const Json& request, const Options& o, const char* option) {
+/// A folder that is empty or holds the results of the same request; others are refused. While it exists, no other program takes it.
+class TakenFolder {
+ public:
+  TakenFolder(const std::filesystem::path& folder, const Json& request, const Options& o, const char* option) : lock_(made(folder, o, option)) {
+    require_same_request(folder, request, option);
+  }
+
+ private:
+  static const std::filesystem::path& made(const std::filesystem::path& folder, const Options& o, const char* option);
+  static void require_same_request(const std::filesystem::path& folder, const Json& request, const char* option);
+
+  FolderLock lock_;
+};
+
+const std::filesystem::path& TakenFolder::made(const std::filesystem::path& folder, const Options& o, const char* option) {
   std::error_code code;
   if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
     throw UsageError(folder.string() + ": expected a place for a folder, found a file; choose another one (" + option + ")");
   refuse_inside(folder, std::vector{o.chips});
   require_possible(folder);
+  make_folder(folder);
+  return folder;
+}
+
+/// Writes the request into an empty folder.
+void TakenFolder::require_same_request(const std::filesystem::path& folder, const Json& request, const char* option) {
   const auto file = folder / "recipe.json";
   if (const auto recipe = read_recipe(file)) {
     const std::string differs = difference(recipe->value("request", Json()), request);
@@ -32,14 +53,13 @@ void take_folder(const std::filesystem::path& folder, const Json& request, const
       throw UsageError(folder.string() + ": holds a study with other chips or options (" + differs + "); choose another folder (" + option + ")");
     return;
   }
-  if (std::filesystem::exists(folder, code) && !std::filesystem::is_empty(folder, code))
+  if (!std::filesystem::is_empty(folder))
     throw UsageError(folder.string() + ": expected a study or an empty folder, found other files; choose another folder (" + option + ")");
-  make_folder(folder);
   write_file_atomically(file, recipe_text(make_recipe(kProgram, request, Json::object())));
 }
 
 /// report.md, report.html, report.json and the diagrams.
-std::string write_report(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells) {
+std::string write_report(const Options& o, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells, const Pictures& pictures) {
   const std::string tables = study_text(o, chips, cells);
   std::string text = tables;
   AtomicFiles files;
@@ -50,14 +70,14 @@ std::string write_report(const Options& o, const std::vector<ClassChips>& chips,
       text += "\n![" + plot->title + "](" + file + ")\n";
     }
   files.commit();
-  std::string pictures;
-  for (const ClassChips& c : chips)
-    if (const std::string file = "pictures/" + c.name + ".png"; std::filesystem::exists(o.output / file))
-      pictures += "![" + c.name + "](" + file + ")\n";
-  if (!pictures.empty())
-    text += "\n## Generated chips\n\n" + pictures +
-            "*From above: measured chips, and the arms' views, each row evenly spread in azimuth; decibels on one scale.*\n";
-  if (std::filesystem::exists(o.output / kExchangePicture))
+  if (!pictures.rows.empty()) {
+    text += "\n## Generated chips\n\n";
+    for (const ClassChips& c : chips) text += "![" + c.name + "](" + picture_file(c) + ")\n";
+    text += "*From above: measured chips";
+    for (const Arm arm : pictures.rows) text += ", " + std::string(name(arm));
+    text += "; each row evenly spread in azimuth; decibels on one scale.*\n";
+  }
+  if (pictures.exchanged)
     text += std::string("\n## Exchanged background\n\n![test chips](") + kExchangePicture +
             ")\n*Test chips of several classes; below them with the background of a chip of the same class, and of another one.*\n";
   text += "\n## Answers by class\n" + confusion_text(o, chips, cells);
@@ -70,19 +90,23 @@ std::string write_report(const Options& o, const std::vector<ClassChips>& chips,
 
 /// Throws UsageError if a study of these chips needs more memory than it may take. The numbers of a program and of its networks were measured.
 void refuse_beyond_memory(const Options& o, const MemoryLimit& limit, const std::vector<ClassChips>& chips) {
-  constexpr std::uint64_t kProgram = 500'000'000, kBatchChip = 2'000'000, kBatchChipOfResnet = 14'000'000;
+  constexpr std::uint64_t kBatchChip = 2'000'000, kBatchChipOfResnet = 14'000'000;
   constexpr std::uint64_t kStoredChip = sizeof(float) * kStoredSide * kStoredSide;
-  std::uint64_t pixels = 0, n_tested = 0;
-  for (const ClassChips& c : chips) {
-    n_tested += tested_chips(c, o.validate).size();
-    for (const auto* list : {&c.training, &c.test})
-      for (const PosedImage& chip : *list) pixels += chip.power.pixels().size();
+  const std::uint64_t chip = sizeof(float) * chips.front().training.front().power.pixels().size();
+  std::uint64_t n_chips = 0, n_tested = 0, n_generated = 0;
+  for (const ClassChips& c : chips) n_chips += c.training.size() + c.test.size();
+  for (const int n_shots : o.shots) {
+    const Draw draw = draw_shots(chips, n_shots, 0, o);
+    std::uint64_t n_test = 0;
+    for (const auto& of_class : draw.test) n_test += of_class.size();
+    n_tested = std::max(n_tested, n_test);
+    for (const Arm arm : o.arms) n_generated = std::max<std::uint64_t>(n_generated, most_generated(arm, draw, o.generation));
   }
   const bool resnet = std::ranges::find(o.classifiers, Classifier::resnet50) != o.classifiers.end();
-  const std::uint64_t needed = kProgram + static_cast<std::uint64_t>(o.training.batch) * (resnet ? kBatchChipOfResnet : kBatchChip) +
-                               sizeof(float) * pixels + 2 * (o.exchange ? 3 : 1) * n_tested * kStoredChip;
+  const std::uint64_t needed = kBaseMemory_bytes + static_cast<std::uint64_t>(o.training.batch) * (resnet ? kBatchChipOfResnet : kBatchChip) +
+                               n_chips * chip + 2 * (o.exchange ? 3 : 1) * n_tested * kStoredChip + n_generated * (chip + 2 * kStoredChip);
   if (limit.allows(needed)) return;
-  throw UsageError("the study of " + counted(n_tested, "test chip") + " needs about " + bytes_text(needed) + ", and " + limit.text() +
+  throw UsageError("the study of " + counted(n_tested, "test chip") + " and up to " + counted(n_generated, "generated one") + " needs about " + bytes_text(needed) + ", and " + limit.text() +
                    "; use fewer --classes or a smaller --batch" + (o.exchange ? ", or leave out --exchange-clutter" : ""));
 }
 
@@ -98,15 +122,15 @@ void run(const Options& options, Console& console) {
     return;
   }
   const Json request = request_of(options, chips);
-  take_folder(options.output, request, options, "-o");
-  if (!options.chips_folder.empty()) take_folder(options.chips_folder, request, options, "--export");
-  if (!options.draws_folder.empty()) take_folder(options.draws_folder, request, options, "--export-draws");
-  const FolderLock lock(options.output);
+  std::map<std::filesystem::path, TakenFolder> taken;  // two options may name one folder
+  for (const auto& [folder, option] : {std::pair(options.output, "-o"), {options.chips_folder, "--export"}, {options.draws_folder, "--export-draws"}})
+    if (!folder.empty()) taken.try_emplace(full_path(folder), folder, request, options, option);
   try {
     if (!options.chips_folder.empty() || !options.draws_folder.empty()) {
       const std::size_t n = export_chips(options, chips, monitor);
-      for (const auto& folder : {options.chips_folder, options.draws_folder})
-        if (!folder.empty()) print_result(folder.string() + ": " + counted(n, "chip") + "\n");
+      if (!options.chips_folder.empty()) print_result(options.chips_folder.string() + ": " + counted(n, "chip") + "\n");
+      if (!options.draws_folder.empty())
+        print_result(options.draws_folder.string() + ": " + counted(options.shots.size() * static_cast<std::size_t>(options.n_draws), "draw") + "\n");
       return;
     }
     if (options.check_clutter) {
@@ -122,8 +146,8 @@ void run(const Options& options, Console& console) {
       return;
     }
     const std::vector<Cell> cells = run_study(options, chips, console, monitor);
-    write_pictures(options, chips, monitor);
-    print_result(write_report(options, chips, cells));
+    const Pictures pictures = write_pictures(options, chips, monitor);
+    print_result(write_report(options, chips, cells, pictures));
   } catch (const Interrupted&) {
     throw Interrupted("interrupted; the same command continues, from " + options.output.string());
   }

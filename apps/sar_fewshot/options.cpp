@@ -17,7 +17,8 @@ constexpr const char* kFooter =
     "  sar_fewshot mstar/soc --csv mstar/manifest.csv --amplitude-scale 4/65535 -o study\n"
     "  sar_fewshot mstar/soc --csv mstar/manifest.csv --amplitude-scale 4/65535 --quick -o quick\n"
     "  sar_fewshot chips/ --train-depression 17 --test-depression 15 --shots 4,8 --draws 3\n"
-    "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 130 interrupted; the same command continues.";
+    "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 training of a field diverged, 130 interrupted; the\n"
+    "same command continues.";
 
 /// A list of some of these values, separated by commas, each named by name().
 template <class T>
@@ -150,9 +151,9 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
   command.begin_group("Output");
   command.add("-o,--output", o.output, made_by("FOLDER", without_slash), "Folder of the study; default FOLDER_fewshot");
   command.add("--export", o.chips_folder, made_by("FOLDER", without_slash),
-              "Write the chips of all draws and arms there, for your own classifiers, and learn nothing");
+              "Write the chips of all draws and arms there, for your own classifiers, and train none");
   command.add("--export-draws", o.draws_folder, made_by("FOLDER", without_slash),
-              "Write a file for each draw there, for sar_recognise (on a machine with a GPU), and learn nothing");
+              "Write a file for each draw there, for sar_recognise (on a machine with a GPU), and train no classifier");
   command.add_flag("--dry-run", o.dry_run, "Print the plan and stop");
   command.add_shared_options();
 }
@@ -164,6 +165,7 @@ void require_sense(const Options& o) {
     throw UsageError("--arms rescaled: expected a depression to rescale to (--generate-depression), found none");
   if (has(o.arms, Arm::measured) && o.test_rest)
     throw UsageError("--arms measured: its chips would be those that --test-rest tests; leave out one of them");
+  if (o.validate && o.test_rest) throw UsageError("--validate: tests all classes at the depression of the shots; leave out --test-rest");
   if (o.check_clutter && (o.generation.depression_deg || o.test_rest || o.generation.speckle != Speckle::shots))
     throw UsageError("--check-clutter: compares clutter of learned chips with that of measured ones at the same azimuths and depression; leave out "
                      "--generate-depression, --test-rest and --speckle");

@@ -34,20 +34,25 @@ Image<std::uint8_t> picture_of_rows(const std::vector<LabelledChips>& rows, std:
   return picture;
 }
 
-/// A picture for each class, in decibels on one scale: measured chips at the azimuths of generated ones, and below them what the arms make, as
-/// classifiers get it; a row each, evenly spread.
-std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o,
-                                               const std::filesystem::path& cache, const Monitor& monitor) {
-  std::vector<Arm> arms;  // joined ones as their parts
+/// Arms that have a row in pictures: joined ones as their parts, and none that show the same azimuths as another, or none.
+std::vector<Arm> arms_with_rows(const Options& o) {
+  std::vector<Arm> arms;
   for (const Arm arm : o.arms)
     for (const Arm part : {beside_turned(arm) ? Arm::turned : arm, beside_turned(arm).value_or(arm)})
-      if (std::ranges::find(arms, part) == arms.end()) arms.push_back(part);
+      if (part != Arm::none && part != Arm::measured && part != Arm::turned_circle && part != Arm::turned_both &&
+          std::ranges::find(arms, part) == arms.end())
+        arms.push_back(part);
+  return arms;
+}
+
+/// A picture for each class, in decibels on one scale: measured chips at the azimuths of generated ones, and below them what the arms make, as
+/// classifiers get it; a row each, evenly spread.
+std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& chips, const Draw& draw, const std::vector<Arm>& arms, const Options& o,
+                                               const std::filesystem::path& cache, const Monitor& monitor) {
   Draw of_all_chips = draw;  // a picture may show test chips
   of_all_chips.test.assign(chips.size(), {});
   std::vector<LabelledChips> sets{generated_chips(Arm::measured, chips, of_all_chips, o, cache, monitor)};
-  for (const Arm arm : arms)
-    if (arm != Arm::none && arm != Arm::measured && arm != Arm::turned_circle && arm != Arm::turned_both)
-      sets.push_back(generated_chips(arm, chips, draw, o, cache, monitor));
+  for (const Arm arm : arms) sets.push_back(generated_chips(arm, chips, draw, o, cache, monitor));
   std::vector<Image<std::uint8_t>> pictures;
   for (std::size_t c = 0; c < chips.size(); ++c) {
     float white = 0.0f;
@@ -64,25 +69,27 @@ std::vector<Image<std::uint8_t>> arms_pictures(const std::vector<ClassChips>& ch
 
 }  // namespace
 
-void write_pictures(const Options& o, const std::vector<ClassChips>& chips, const Monitor& monitor) {
+Pictures write_pictures(const Options& o, const std::vector<ClassChips>& chips, const Monitor& monitor) {
   const auto most = *std::ranges::max_element(o.shots);
-  if (most == 0) return;
+  if (most == 0) return {};
+  const Pictures result{arms_with_rows(o), o.exchange};
   const auto folder = o.output / "pictures", rows_file = folder / "rows.json";
   make_folder(folder);
   Json rows = {{"shots", most}, {"arms", Json::array()}};
   for (const Arm arm : o.arms) rows["arms"].push_back(name(arm));
   const std::string rows_text = rows.dump(1) + "\n";
-  if (std::filesystem::exists(rows_file) && read_whole_file(rows_file) == rows_text) return;
+  if (std::filesystem::exists(rows_file) && read_whole_file(rows_file) == rows_text) return result;
   const Draw draw = draw_shots(chips, most, 0, o);
-  const std::vector<Image<std::uint8_t>> pictures = arms_pictures(chips, draw, o, o.output / "generated", monitor);
+  const std::vector<Image<std::uint8_t>> pictures = arms_pictures(chips, draw, result.rows, o, o.output / "generated", monitor);
   AtomicFiles files;
   if (o.exchange) {
     const TestChips test = test_of_classes(chips, draw, o);
     files.add(o.output / kExchangePicture, encode_png(picture_of_rows({test.measured, test.within, test.across}, {})));
   }
-  for (std::size_t c = 0; c < chips.size(); ++c) files.add(folder / (chips[c].name + ".png"), encode_png(pictures[c]));
+  for (std::size_t c = 0; c < chips.size(); ++c) files.add(o.output / picture_file(chips[c]), encode_png(pictures[c]));
   files.add(rows_file, rows_text);
   files.commit();
+  return result;
 }
 
 }  // namespace sarnerf::app

@@ -217,7 +217,7 @@ std::string exchange_table(const Options& o, const std::vector<Cell>& cells, Cla
         const auto change = change_by_exchange(cells, classifier, arm, n, from, to);
         any = any || change.has_value();
         row.push_back(!change           ? "–"
-                      : change->n < 2 || n == 0 ? format("%+.1f", change->mean)
+                      : change->n < 2 || (n == 0 && !o.validate) ? format("%+.1f", change->mean)
                                       : format("%+.1f (%+.1f to %+.1f)", change->mean, change->low, change->high));
       }
     }

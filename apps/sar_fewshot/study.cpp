@@ -67,9 +67,6 @@ std::string study_of(const Options& o, const std::vector<ClassChips>& chips, Arm
 
 namespace {
 
-/// The classifiers and arms that need a cell of their own: the background of an arm is that of its shots.
-bool is_asked(Classifier classifier, Arm arm) { return classifier != Classifier::background || arm == Arm::none; }
-
 /// These chips of source(class).
 template <class Source>
 LabelledChips chips_of(const std::vector<ClassChips>& chips, const std::vector<std::vector<std::size_t>>& which, const Source& source) {
@@ -91,7 +88,7 @@ LabelledChips shots_of_classes(const std::vector<ClassChips>& chips, const Draw&
 
 TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o) {
   TestChips test;
-  test.measured = chips_of(chips, draw.test, [&](const ClassChips& c) -> const auto& { return tested_chips(c, o.validate); });
+  test.measured = chips_of(chips, draw.test, [&](const ClassChips& c) -> const auto& { return list_of_test(c, o.validate); });
   if (o.exchange) exchange_backgrounds(test, chips, draw, o.validate);
   return test;
 }
@@ -171,7 +168,7 @@ void each_cell(const Options& o, const Visit& visit) {
     for (int number = 0; number < o.n_draws; ++number)
       for (const Arm arm : o.arms)
         for (const Classifier classifier : o.classifiers)
-          if (is_asked(classifier, arm)) visit(Cell{classifier, std::string(name(arm)), n_shots, number, {}, {}, {}, {}, {}, 0.0});
+          if (has_cell(classifier, name(arm))) visit(Cell{classifier, std::string(name(arm)), n_shots, number, {}, {}, {}, {}, {}, 0.0});
 }
 
 std::size_t number_of_cells(const Options& o) {
@@ -185,17 +182,17 @@ std::filesystem::path file_of(const Options& o, const Cell& cell) { return o.out
 
 /// What a cell takes, in steps of a network. Classifiers without one take next to nothing.
 std::uint64_t steps_of(Classifier classifier, const Options& o) {
-  const bool network = classifier == Classifier::a_convnet || classifier == Classifier::resnet50;
-  return network ? static_cast<std::uint64_t>(o.training.n_steps) : 1;
+  return is_network(classifier) ? static_cast<std::uint64_t>(o.training.n_steps) : 1;
 }
 
 }  // namespace
 
 std::string plan_text(const Options& o, const std::vector<ClassChips>& chips) {
   std::string text = "plan\n";
-  for (const ClassChips& c : chips)
-    text += format("  %-16s %4zu chips at %g deg, %4zu at %g deg\n", c.name.c_str(), c.training.size(), o.training_depression_deg,
-                   c.test.size(), o.test_depression_deg);
+  for (const ClassChips& c : chips) {
+    text += format("  %-16s %4zu chips at %g deg", c.name.c_str(), c.training.size(), o.training_depression_deg);
+    text += o.validate ? "\n" : format(", %4zu at %g deg\n", c.test.size(), o.test_depression_deg);
+  }
   const bool learned = std::ranges::any_of(o.arms, needs_field);
   text += format("  cells            %zu: classifiers, arms, shots and %d draws\n", number_of_cells(o), o.n_draws);
   if (learned)
@@ -238,12 +235,14 @@ std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chi
   const auto cache = o.output / "generated";
   make_folder(o.output / "cells");
   make_folder(cache);
-  std::map<Arm, std::string> studies;
-  for (const Arm arm : o.arms) studies[arm] = study_of(o, chips, arm);
+  std::map<std::string_view, std::string> studies;  // by arm
+  for (const Arm arm : o.arms) studies[name(arm)] = study_of(o, chips, arm);
   std::uint64_t n_steps = 0, n_done = 0;  // of the cells that are not there
   std::set<std::filesystem::path> missing;
-  each_cell(o, [&](const Cell& cell) {
-    if (!std::filesystem::exists(file_of(o, cell)) && missing.insert(file_of(o, cell)).second) n_steps += steps_of(cell.classifier, o);
+  each_cell(o, [&](Cell cell) {  // a cell of another study is refused before anything is trained
+    cell.study = studies.at(cell.arm);
+    if (std::filesystem::exists(file_of(o, cell))) read_cell(cell, file_of(o, cell), o.exchange, chips.size());
+    else if (missing.insert(file_of(o, cell)).second) n_steps += steps_of(cell.classifier, o);
   });
   const int n_classes = static_cast<int>(chips.size());
   std::vector<Cell> cells;
@@ -254,9 +253,9 @@ std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chi
       for (const Arm arm : o.arms) {
         std::optional<TrainingChips> training;
         for (const Classifier classifier : o.classifiers) {
-          if (!is_asked(classifier, arm)) continue;
+          if (!has_cell(classifier, name(arm))) continue;
           monitor.check();
-          Cell& cell = cells.emplace_back(Cell{classifier, std::string(name(arm)), n_shots, number, studies.at(arm), {}, {}, {}, {}, 0.0});
+          Cell& cell = cells.emplace_back(Cell{classifier, std::string(name(arm)), n_shots, number, studies.at(name(arm)), {}, {}, {}, {}, 0.0});
           const auto file = file_of(o, cell);
           if (std::filesystem::exists(file)) {
             read_cell(cell, file, o.exchange, chips.size());

@@ -40,7 +40,7 @@ enum class Arm {
   learned,         ///< views of a field that was learned from the shots, with the clutter of shots
   learned_turned,  ///< both
   interpolated_turned,  ///< as many chips as learned_turned, without a field: a control
-  turned_clutter_turned,  ///< turned_clutter and turned: as many chips as learned_turned, and clutter of shots, without a field: a control
+  turned_clutter_turned,  ///< turned_clutter and turned: as many chips as learned_turned at the shots' depression, and clutter of shots, without a field: a control
   corrected,       ///< the nearest shot, turned, times the change that the field predicts
   measured,        ///< the measured chips nearest to these azimuths: what generation could reach at most
 };
@@ -104,7 +104,7 @@ struct Options {
   GenerationOptions generation;
 
   std::filesystem::path output;
-  /// Chips of all draws and arms are written there, as images, and as files for sar_recognise, and nothing is learned; empty: not.
+  /// Chips of all draws and arms are written there, as images, and as files for sar_recognise, and no classifier is trained; empty: not.
   std::filesystem::path chips_folder, draws_folder;
   bool dry_run = false;
   SharedOptions shared;
@@ -124,8 +124,8 @@ struct ClassChips {
 /// Whether chips of the training depression are tested: in a validation, and where there are no others.
 inline bool tests_training(const ClassChips& chips, bool validate) { return validate || chips.test.empty(); }
 
-/// The chips that Draw::test refers to.
-inline const std::vector<PosedImage>& tested_chips(const ClassChips& chips, bool validate) {
+/// The list of which Draw::test takes chips.
+inline const std::vector<PosedImage>& list_of_test(const ClassChips& chips, bool validate) {
   return tests_training(chips, validate) ? chips.training : chips.test;
 }
 
@@ -134,21 +134,25 @@ inline double apart_rad(double a_rad, double b_rad) { return std::abs(std::remai
 
 inline double azimuth_deg(const PosedImage& chip) { return deg_from_rad(chip.acquisition.azimuth_rad); }
 
-/// Reads the chips of both depressions and cuts them to the size of the smallest. Throws InputError if a class has none, or fewer than the most shots.
+/// Reads the chips of both depressions (in a validation, of the training depression) and cuts them to the size of the smallest. Throws InputError if
+/// a class has none, or fewer than the most shots, and UsageError for depressions and classes that do not go with the chips.
 std::vector<ClassChips> read_chips(const Options& options, Console& console, const Monitor& monitor);
 
 /// The shots of one draw: for each class, indices of its training chips, and of its test chips.
 struct Draw {
   int n_shots = 0, number = 0;
   std::vector<std::vector<std::size_t>> shots;  ///< [class]
-  std::vector<std::vector<std::size_t>> test;   ///< [class]: of tested_chips()
+  std::vector<std::vector<std::size_t>> test;   ///< [class]: of list_of_test()
 };
 
 /// Shots at equal steps of azimuth from a random start for each class, or from one for all; the nearest chip to each step. In a validation, chips of
 /// every fourth sector of 30°, beginning with the draw's number, are the test, and all shots lie in the other sectors: a step in a tested sector
-/// gets a shot at its border, and four draws on the same sectors are tested again. Otherwise all
-/// chips at the test depression are, or, of a class without any, all training chips that are no shots.
+/// gets a shot at its border, and every fourth draw tests the same sectors. Otherwise all
+/// chips at the test depression are tested, or, of a class without any, all training chips that are no shots.
 Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, const Options& options);
+
+/// No more chips than so many does an arm generate in a draw. An estimate for memory, in which all views lie within the reach.
+std::size_t most_generated(Arm arm, const Draw& draw, const GenerationOptions& options);
 
 /// Chips of an arm beside the draw's shots; none for Arm::none. Views divide each gap between neighbouring shots evenly, in steps of about
 /// `step_deg`, and lie at most `reach_deg` from the nearer shot.
@@ -161,9 +165,18 @@ TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw
 /// In the folder of a study.
 inline constexpr const char* kExchangePicture = "pictures/exchanged_background.png";
 
+/// The picture of a class, in the folder of a study.
+inline std::string picture_file(const ClassChips& chips) { return "pictures/" + chips.name + ".png"; }
+
+/// What the pictures of a study show.
+struct Pictures {
+  std::vector<Arm> rows;   ///< below measured chips, in the picture of each class; empty: there are none
+  bool exchanged = false;  ///< there is a picture of exchanged backgrounds
+};
+
 /// Writes a picture of each class, measured chips and below them those of the arms, and one of exchanged backgrounds. They are made again for other
-/// arms or shots.
-void write_pictures(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
+/// arms or shots. None if all chips are shots.
+Pictures write_pictures(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);
 
 /// Side of the chips that classifiers get (pixels): the largest crop, and room for shifts.
 inline constexpr int kStoredSide = 88 + 2 * 8;

@@ -82,12 +82,11 @@ PosedImage interpolated(std::span<const PosedImage> shots, const Acquisition& wa
 }
 
 std::vector<PosedImage> turned_through_circle(std::span<const PosedImage> shots) {
-  constexpr double kStep_deg = 15.0;
   std::vector<PosedImage> views;
   for (const PosedImage& shot : shots)
-    for (double d = kStep_deg; d < 360.0; d += kStep_deg) {
+    for (int k = 1; k < kTurnsOfCircle; ++k) {
       Acquisition wanted = shot.acquisition;
-      wanted.azimuth_rad += rad_from_deg(d);
+      wanted.azimuth_rad += rad_from_deg(360.0 * k / kTurnsOfCircle);
       views.push_back(turned(shot, wanted));
     }
   return views;

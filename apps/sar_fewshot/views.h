@@ -16,6 +16,9 @@ struct WantedView {
 /// than the reach. At another depression than the shots', also at their azimuths.
 std::vector<WantedView> wanted_views(std::span<const PosedImage> shots, const GenerationOptions& options, std::optional<double> depression_deg);
 
+/// Arm::turned_circle turns a shot by equal steps, of which this many make a circle.
+inline constexpr int kTurnsOfCircle = 24;
+
 /// A shot, turned on the level plane and rescaled in range.
 PosedImage turned(const PosedImage& shot, const Acquisition& wanted);
 

@@ -84,6 +84,8 @@ void make_cell_file(const Options& o, Classifier classifier, const std::string& 
   if (std::ifstream in(file); in) {
     const std::string text((std::istreambuf_iterator<char>(in)), {});
     if (text.find("\"study\": \"" + generated.study + "\"") != std::string::npos) return;
+    if (text.find("\"study\": \"") == std::string::npos || text.find("\"seconds\"") == std::string::npos)
+      throw std::runtime_error(file.string() + ": expected a cell, found something else, or a part of one; remove the file");
     throw std::runtime_error(file.string() + ": is a cell of other chips or options; choose another folder (-o)");
   }
   ClassifierOptions options = draw.options;
@@ -112,8 +114,7 @@ void run(const Options& o) {
     for (const Classifier classifier : o.classifiers)
       for (const auto& [arm, generated] : draw.generated) {
         const bool asked = o.arms.empty() || std::find(o.arms.begin(), o.arms.end(), arm) != o.arms.end();
-        // The background of an arm is that of its shots.
-        if (asked && (classifier != Classifier::background || arm == "none")) make_cell_file(o, classifier, arm, draw);
+        if (asked && has_cell(classifier, arm)) make_cell_file(o, classifier, arm, draw);
       }
   }
 }

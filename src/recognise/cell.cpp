@@ -48,8 +48,9 @@ void make_cell(Cell& cell, const TrainingChips& training, const TestChips& test,
   cell.confusion = next(test.measured);
   cell.within = next(test.within);
   cell.across = next(test.across);
-  cell.device = options.device.str();
-  if (options.device.is_cpu()) cell.device += ", " + std::to_string(at::get_num_threads()) + (at::get_num_threads() == 1 ? " thread" : " threads");
+  const torch::Device device = is_network(cell.classifier) ? options.device : torch::Device(torch::kCPU);
+  cell.device = device.str();
+  if (device.is_cpu()) cell.device += ", " + std::to_string(at::get_num_threads()) + (at::get_num_threads() == 1 ? " thread" : " threads");
   cell.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -107,6 +108,11 @@ LabelledChips chips_of(const Dictionary& file, const std::string& name) {
       chips.label.scalar_type() != torch::kInt64 || chips.label.size(0) != chips.amplitude.size(0))
     throw std::runtime_error("chips");
   return chips.size() > 0 ? chips : LabelledChips{};
+}
+
+void require_labels(const LabelledChips& chips, std::int64_t n_classes) {
+  if (chips.size() > 0 && (chips.label.min().item<std::int64_t>() < 0 || chips.label.max().item<std::int64_t>() >= n_classes))
+    throw std::runtime_error("labels");
 }
 
 /// Texts as one, a line each.
@@ -186,6 +192,9 @@ DrawFile read_draw_file(const std::string& path) {
     draw.shots = chips_of(file, "shots");
     draw.test = {chips_of(file, "test"), chips_of(file, "test within"), chips_of(file, "test across")};
     for (const std::string& arm : texts_of(file, "arms")) draw.generated[arm] = {chips_of(file, arm), file.at(arm + ".study").toStringRef()};
+    const auto n_classes = static_cast<std::int64_t>(draw.classes.size());
+    for (const LabelledChips* chips : {&draw.shots, &draw.test.measured, &draw.test.within, &draw.test.across}) require_labels(*chips, n_classes);
+    for (const auto& [arm, generated] : draw.generated) require_labels(generated.chips, n_classes);
     return draw;
   } catch (const std::exception&) {
     throw std::runtime_error(path + ": is not a file of a draw of shots (sar_fewshot --export-draws of this version), or is damaged (" +

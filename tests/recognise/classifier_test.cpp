@@ -148,6 +148,24 @@ TEST_CASE("a draw's file keeps everything that classifiers learn from", "[recogn
   CHECK(same(read.generated.at("none").chips, draw.generated.at("none").chips));
   CHECK(read.generated.at("learned").study == "of learned");
   CHECK(read.generated.at("none").study == "of none");
+  // A test chip of a class that the file does not have.
+  draw.classes.pop_back();
+  write_draw_file((folder / "damaged.pt").string(), draw);
+  CHECK_THROWS_AS(read_draw_file((folder / "damaged.pt").string()), std::runtime_error);
+}
+
+TEST_CASE("a cell has the answers on all test chips, and names its device", "[recognise]") {
+  const LabelledChips training = shapes(4, 12), test = shapes(6, 13);
+  Cell cell{Classifier::nearest_neighbour, "none", 4, 0, "mark", {}, {}, {}, {}, 0.0};
+  ClassifierOptions o;
+  o.device = torch::kMeta;  // of networks alone
+  make_cell(cell, {training, {}}, {test, test, {}}, 3, o);
+  CHECK(accuracy(cell.confusion) > 0.9);
+  CHECK(cell.within == cell.confusion);
+  CHECK(cell.across.empty());
+  CHECK(cell.device.starts_with("cpu, "));
+  CHECK((has_cell(Classifier::background, "none") && !has_cell(Classifier::background, "turned")));
+  CHECK((is_network(Classifier::resnet50) && !is_network(Classifier::nearest_neighbour)));
 }
 
 TEST_CASE("the background tells classes apart only if their clutter differs", "[recognise]") {

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sarnerf/recognise/classifier.h"
@@ -32,13 +33,16 @@ struct Cell {
   int n_shots = 0, draw = 0;            ///< 0 shots: all chips
   std::string study;                    ///< fingerprint of the chips and options that the arm depends on
   Confusion confusion, within, across;  ///< of TestChips
-  std::string device;                   ///< "cpu, 2 threads": networks of other devices differ by rounding, and by what follows from it
+  std::string device;                   ///< "cpu, 2 threads": networks of other devices differ (classify())
   double seconds = 0.0;
 };
 
 /// Trains one classifier and tests it: fills the cell's answers, device and seconds. Throws as classify() does.
 void make_cell(Cell& cell, const TrainingChips& training, const TestChips& test, int n_classes, const ClassifierOptions& options,
                const ProgressReport& report = {});
+
+/// Whether an arm has a cell of its own: that of the background is that of the shots alone.
+inline bool has_cell(Classifier classifier, std::string_view arm) { return classifier != Classifier::background || arm == "none"; }
 
 /// "a-convnet_none_12_00.json".
 std::string cell_file_name(const Cell& cell);
