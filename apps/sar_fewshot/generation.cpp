@@ -2,8 +2,6 @@
 // The chips of each arm: views, and what they get beside their means.
 #include <algorithm>
 #include <cmath>
-#include <complex>
-#include <limits>
 #include <optional>
 #include <random>
 #include <utility>
@@ -53,17 +51,15 @@ double clutter_level(const Image<float>& power, const Regions& regions) {
   return n_pixels > 0.0 ? sum / n_pixels : regions.background_power;
 }
 
-/// A view of mean power with clutter of mean 1, as amplitude. Texture that the field itself has on the background is left out: it would
-/// count twice. Of target and shadow only the power up to the background's fluctuates (Rice 1944), with phases of its own.
-void add_clutter(const Image<float>& power, const Image<float>& clutter, std::mt19937_64& random, float* amplitude) {
+/// A view of mean power, times clutter of mean 1, as amplitude: target and shadow fluctuate as the background does. A field's mean is smooth in azimuth,
+/// while scatterers interfere and glints come and go within a few degrees: a chip is one outcome of that. Texture that the field itself has on the
+/// background is left out: it would count twice.
+void add_clutter(const Image<float>& power, const Image<float>& clutter, float* amplitude) {
   const auto regions = find_regions(power);
-  const double level = regions ? clutter_level(power, *regions) : std::numeric_limits<double>::infinity();
-  std::uniform_real_distribution<double> phase(0.0, 2.0 * kPi);
+  const double level = regions ? clutter_level(power, *regions) : 0.0;
   for (std::size_t p = 0; p < power.pixels().size(); ++p) {
     const bool is_background = regions && regions->background.pixels()[p] != 0;
-    const double mean = is_background ? level : double{power.pixels()[p]}, fluctuating = std::min(mean, level);
-    const double steady_amplitude = std::sqrt(mean - fluctuating), speckle_amplitude = std::sqrt(fluctuating * double{clutter.pixels()[p]});
-    amplitude[p] = static_cast<float>(std::abs(std::polar(speckle_amplitude, phase(random)) + steady_amplitude));
+    amplitude[p] = static_cast<float>(std::sqrt((is_background ? level : double{power.pixels()[p]}) * double{clutter.pixels()[p]}));
   }
 }
 
@@ -145,7 +141,7 @@ LabelledChips with_clutter(const LabelledChips& means, const std::vector<ClassCh
   for (std::size_t n = 0; n < powers.size(); ++n) {
     const auto index = static_cast<std::int64_t>(n);
     const Image<float> clutter = same_ground ? of_views[n] : random_background(of_classes[class_of(means, n)], o.n_backgrounds, random);
-    add_clutter(powers[n], clutter, random, result.amplitude[index].data_ptr<float>());
+    add_clutter(powers[n], clutter, result.amplitude[index].data_ptr<float>());
   }
   return result;
 }
