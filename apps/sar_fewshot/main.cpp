@@ -106,8 +106,8 @@ void refuse_beyond_memory(const Options& o, const MemoryLimit& limit, const std:
   const std::uint64_t needed = kBaseMemory_bytes + static_cast<std::uint64_t>(o.training.batch) * (resnet ? kBatchChipOfResnet : kBatchChip) +
                                n_chips * chip + 2 * (o.exchange ? 3 : 1) * n_tested * kStoredChip + n_generated * (chip + 2 * kStoredChip);
   if (limit.allows(needed)) return;
-  throw UsageError("the study of " + counted(n_tested, "test chip") + " and up to " + counted(n_generated, "generated one") + " needs about " + bytes_text(needed) + ", and " + limit.text() +
-                   "; use fewer --classes, fewer --shots or a smaller --batch" + (o.exchange ? ", or leave out --exchange-clutter" : ""));
+  throw UsageError("the study of " + counted(n_tested, "test chip") + " and up to " + counted(n_generated, "generated one") + " needs about " +
+                   bytes_text(needed) + ", and " + limit.text() + "; use fewer --classes, fewer --shots or a smaller --batch" + (o.exchange ? ", or leave out --exchange-clutter" : ""));
 }
 
 void run(const Options& options, Console& console) {

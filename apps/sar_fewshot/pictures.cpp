@@ -34,7 +34,8 @@ Image<std::uint8_t> picture_of_rows(const std::vector<LabelledChips>& rows, std:
   return picture;
 }
 
-/// Arms that have a row in pictures: joined ones as their parts, and none that show the same azimuths as another, or none.
+/// Arms that have a row in pictures, joined ones as their parts. The shots alone generate nothing, measured chips have the first row, and
+/// turned-360 and turned-both have other azimuths or more chips than the other rows.
 std::vector<Arm> arms_with_rows(const Options& o) {
   std::vector<Arm> arms;
   for (const Arm arm : o.arms)

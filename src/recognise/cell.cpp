@@ -110,11 +110,6 @@ LabelledChips chips_of(const Dictionary& file, const std::string& name) {
   return chips.size() > 0 ? chips : LabelledChips{};
 }
 
-void require_labels(const LabelledChips& chips, std::int64_t n_classes) {
-  if (chips.size() > 0 && (chips.label.min().item<std::int64_t>() < 0 || chips.label.max().item<std::int64_t>() >= n_classes))
-    throw std::runtime_error("labels");
-}
-
 /// Texts as one, a line each.
 std::string lines(const std::vector<std::string>& texts) {
   std::string all;
@@ -192,9 +187,10 @@ DrawFile read_draw_file(const std::string& path) {
     draw.shots = chips_of(file, "shots");
     draw.test = {chips_of(file, "test"), chips_of(file, "test within"), chips_of(file, "test across")};
     for (const std::string& arm : texts_of(file, "arms")) draw.generated[arm] = {chips_of(file, arm), file.at(arm + ".study").toStringRef()};
-    const auto n_classes = static_cast<std::int64_t>(draw.classes.size());
-    for (const LabelledChips* chips : {&draw.shots, &draw.test.measured, &draw.test.within, &draw.test.across}) require_labels(*chips, n_classes);
-    for (const auto& [arm, generated] : draw.generated) require_labels(generated.chips, n_classes);
+    std::vector<const LabelledChips*> all{&draw.shots, &draw.test.measured, &draw.test.within, &draw.test.across};
+    for (const auto& [arm, generated] : draw.generated) all.push_back(&generated.chips);
+    for (const LabelledChips* chips : all)
+      if (!has_labels_of(*chips, static_cast<std::int64_t>(draw.classes.size()))) throw std::runtime_error("labels");
     return draw;
   } catch (const std::exception&) {
     throw std::runtime_error(path + ": is not a file of a draw of shots (sar_fewshot --export-draws of this version), or is damaged (" +

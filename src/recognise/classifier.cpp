@@ -248,7 +248,7 @@ torch::Tensor background_scores(const LabelledChips& training, const torch::Tens
 torch::Tensor classify(Classifier classifier, const TrainingChips& training, const torch::Tensor& test_amplitude, int n_classes,
                        const ClassifierOptions& options, const ProgressReport& report) {
   const LabelledChips all = joined(training.shots, training.generated);
-  if (all.size() == 0 || all.label.min().item<std::int64_t>() < 0 || all.label.max().item<std::int64_t>() >= n_classes)
+  if (all.size() == 0 || !has_labels_of(all, n_classes))
     throw std::invalid_argument("expected chips of classes 0 to " + std::to_string(n_classes - 1));
   switch (classifier) {
     case Classifier::nearest_neighbour: return nearest_scores(all, test_amplitude, n_classes);

@@ -22,6 +22,11 @@ struct LabelledChips {
   std::int64_t size() const { return amplitude.defined() ? amplitude.size(0) : 0; }
 };
 
+/// Whether all labels are in [0, n_classes).
+inline bool has_labels_of(const LabelledChips& chips, std::int64_t n_classes) {
+  return chips.size() == 0 || (chips.label.min().item<std::int64_t>() >= 0 && chips.label.max().item<std::int64_t>() < n_classes);
+}
+
 /// What a classifier learns from.
 struct TrainingChips {
   LabelledChips shots;      ///< measured
