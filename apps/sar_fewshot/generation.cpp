@@ -8,6 +8,7 @@
 
 #include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/units.h"
+#include "sarnerf/formation/clutter.h"
 #include "views.h"
 
 namespace sarnerf::app {
@@ -51,17 +52,45 @@ double clutter_level(const Image<float>& power, const Regions& regions) {
   return n_pixels > 0.0 ? sum / n_pixels : regions.background_power;
 }
 
-/// A view of mean power, times clutter of mean 1, as amplitude: target and shadow fluctuate as the background does. A field's mean is smooth in azimuth,
-/// while scatterers interfere and glints come and go within a few degrees: a chip is one outcome of that. Texture that the field itself has on the
+/// A view of mean power, times clutter of mean 1 on its background, and times speckle of mean 1 on target and shadow, as amplitude. A field's mean is
+/// smooth in azimuth, while scatterers interfere within a few degrees: a chip is one outcome of that. Texture that the field itself has on the
 /// background is left out: it would count twice.
-void add_clutter(const Image<float>& power, const Image<float>& clutter, float* amplitude) {
+void add_clutter(const Image<float>& power, const Image<float>& clutter, const Image<float>& speckle, float* amplitude) {
   const auto regions = find_regions(power);
   const double level = regions ? clutter_level(power, *regions) : 0.0;
   for (std::size_t p = 0; p < power.pixels().size(); ++p) {
     const bool is_background = regions && regions->background.pixels()[p] != 0;
-    amplitude[p] = static_cast<float>(std::sqrt((is_background ? level : double{power.pixels()[p]}) * double{clutter.pixels()[p]}));
+    amplitude[p] = static_cast<float>(std::sqrt(is_background ? level * double{clutter.pixels()[p]}
+                                                              : double{power.pixels()[p]} * double{speckle.pixels()[p]}));
   }
 }
+
+/// Speckle with the looks and the width of response that the shots of all classes show together. Of one class, it would differ by the ground under
+/// it, and clutter of its shots would repeat: targets of a class would have fluctuations in common, by which a classifier can know it.
+class SpeckleOfShots {
+ public:
+  SpeckleOfShots(const std::vector<ClassChips>& chips, const Draw& draw) : acquisition_(chips.front().training.at(draw.shots.front().front()).acquisition) {
+    acquisition_.n_azimuth = acquisition_.n_range = kStoredSide;
+    ViewsOfClasses shots;
+    for (std::size_t c = 0; c < chips.size(); ++c) shots.add(shots_of(chips[c], draw.shots[c]), c);
+    // MSTAR's window: the shape of the response matters less than its width, which the clutter shows.
+    if (auto fitted = fitted_clutter(powers_of(shots.chips()), Window{Window::Kind::taylor}, acquisition_.azimuth_spacing_m, acquisition_.range_spacing_m))
+      model_ = *fitted;
+    model_.texture_variance = 0.0;  // that of the ground
+  }
+
+  /// 1 everywhere if the shots show no clutter.
+  Image<float> draw(std::mt19937_64& random) {
+    Image<float> speckle(kStoredSide, kStoredSide, 1.0f);
+    model_.radar.seed = random();
+    multiply_by_clutter(speckle, model_, acquisition_);
+    return speckle;
+  }
+
+ private:
+  Acquisition acquisition_;
+  ClutterModel model_;
+};
 
 /// The backgrounds of a class's shots, relative to their means.
 std::vector<PosedImage> backgrounds_of_shots(const ClassChips& chips, const std::vector<std::size_t>& which) {
@@ -135,13 +164,14 @@ LabelledChips with_clutter(const LabelledChips& means, const std::vector<ClassCh
   std::vector<std::vector<Image<float>>> of_classes;
   if (same_ground) of_views = turned_backgrounds(chips, draw, o);
   else of_classes = backgrounds_of_classes(chips, draw);
-  std::mt19937_64 random = random_of_clutter(draw);
+  SpeckleOfShots speckle(chips, draw);
+  std::mt19937_64 random = random_of_clutter(draw), random_of_speckle(random_of_clutter(draw)());
   const std::vector<Image<float>> powers = powers_of(means);
   LabelledChips result{torch::empty_like(means.amplitude), means.label, means.pose_deg};
   for (std::size_t n = 0; n < powers.size(); ++n) {
     const auto index = static_cast<std::int64_t>(n);
     const Image<float> clutter = same_ground ? of_views[n] : random_background(of_classes[class_of(means, n)], o.n_backgrounds, random);
-    add_clutter(powers[n], clutter, result.amplitude[index].data_ptr<float>());
+    add_clutter(powers[n], clutter, speckle.draw(random_of_speckle), result.amplitude[index].data_ptr<float>());
   }
   return result;
 }

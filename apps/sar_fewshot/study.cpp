@@ -23,7 +23,7 @@ namespace {
 constexpr int kMethod = 12;
 
 /// Raised whenever the same chips and options would give other learned views, and all else would stay.
-constexpr int kFieldMethod = 2;
+constexpr int kFieldMethod = 3;
 
 std::string fingerprint_of(const std::vector<ClassChips>& chips) {
   std::string text;

@@ -289,13 +289,25 @@ TEST_CASE("generated chips divide the gaps evenly, and measured ones are no test
   CHECK(ground_in_common(draw("nearest", {{"--arms", "turned,learned"}, {"--speckle", "nearest"}})) > 0.9);
   const sarnerf::DrawFile any = draw("any", {{"--arms", "turned,learned"}});
   CHECK(std::abs(ground_in_common(any)) < 0.1);
-  // Targets fluctuate as one-look clutter of mean 1 does: its mean square is 2.
-  const torch::Tensor of_learned = any.generated.at("learned").chips.amplitude.square(),
-                      mean = draw("mean", {{"--arms", "learned"}, {"--speckle", "off"}}).generated.at("learned").chips.amplitude.square();
-  const torch::Tensor factor = (of_learned / mean).masked_select(mean > 10.0 * mean.median());
+  // Targets fluctuate as one-look speckle of mean 1 does: its mean square is 2.
+  const auto learned_power = [&](const char* name, const char* speckle) {
+    return draw(name, {{"--arms", "learned"}, {"--step", "2"}, {"--speckle", speckle}}).generated.at("learned").chips.amplitude.square();
+  };
+  const torch::Tensor mean = learned_power("mean", "off"), of_learned = learned_power("speckled", "shots");
+  const torch::Tensor is_target = mean > 10.0 * mean.median(), factors = of_learned / mean, factor = factors.masked_select(is_target);
   REQUIRE(factor.numel() > 500);
   CHECK(factor.mean().item<double>() == Approx(1.0).epsilon(0.1));
   CHECK(factor.square().mean().item<double>() == Approx(2.0).epsilon(0.2));
+  // No two views have a fluctuation in common: a class could be known by it.
+  int n_pairs = 0;
+  for (std::int64_t a = 0; a < factors.size(0); ++a)
+    for (std::int64_t b = a + 1; b < factors.size(0); ++b) {
+      const torch::Tensor shared = is_target[a] & is_target[b];
+      if (shared.sum().item<std::int64_t>() < 100) continue;
+      CHECK(torch::corrcoef(torch::stack({factors[a].masked_select(shared), factors[b].masked_select(shared)}))[0][1].item<double>() < 0.6);
+      ++n_pairs;
+    }
+  CHECK(n_pairs > 200);
 
   const sarnerf::DrawFile validation = draw("validation", {{"--arms", "measured"}, {"--validate", ""}, {"--reach", "180"}});
   const sarnerf::LabelledChips& measured = validation.generated.at("measured").chips;
