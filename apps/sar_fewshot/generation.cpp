@@ -80,7 +80,7 @@ class SpeckleOfShots {
   }
 
   /// 1 everywhere if the shots show no clutter.
-  Image<float> draw(std::mt19937_64& random) {
+  Image<float> sample(std::mt19937_64& random) {
     Image<float> speckle(kStoredSide, kStoredSide, 1.0f);
     model_.radar.seed = random();
     multiply_by_clutter(speckle, model_, acquisition_);
@@ -171,7 +171,7 @@ LabelledChips with_clutter(const LabelledChips& means, const std::vector<ClassCh
   for (std::size_t n = 0; n < powers.size(); ++n) {
     const auto index = static_cast<std::int64_t>(n);
     const Image<float> clutter = same_ground ? of_views[n] : random_background(of_classes[class_of(means, n)], o.n_backgrounds, random);
-    add_clutter(powers[n], clutter, speckle.draw(random_of_speckle), result.amplitude[index].data_ptr<float>());
+    add_clutter(powers[n], clutter, speckle.sample(random_of_speckle), result.amplitude[index].data_ptr<float>());
   }
   return result;
 }
