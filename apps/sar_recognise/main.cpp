@@ -102,15 +102,21 @@ void make_cell_file(const Options& o, Classifier classifier, const std::string& 
   std::fflush(stdout);
 }
 
+/// Refuses a file without the chips that are asked for.
+void check(const Options& o, const std::string& file, const DrawFile& draw) {
+  if (std::count(o.classifiers.begin(), o.classifiers.end(), Classifier::background) > 0 &&
+      (draw.generated.count("none") == 0 || (!o.arms.empty() && std::count(o.arms.begin(), o.arms.end(), "none") == 0)))
+    throw Usage("--classifier background: learns from the shots alone, the arm none; add that arm");
+  for (const std::string& arm : o.arms)
+    if (draw.generated.count(arm) == 0) throw std::runtime_error(file + ": has no chips of the arm '" + arm + "'");
+}
+
 void run(const Options& o) {
+  // All files before the first training: hours may lie between it and the last one.
+  for (const std::string& file : o.files) check(o, file, read_draw_file(file));
   std::filesystem::create_directories(o.output);
   for (const std::string& file : o.files) {
     const DrawFile draw = read_draw_file(file);
-    if (std::count(o.classifiers.begin(), o.classifiers.end(), Classifier::background) > 0 &&
-        (draw.generated.count("none") == 0 || (!o.arms.empty() && std::count(o.arms.begin(), o.arms.end(), "none") == 0)))
-      throw Usage("--classifier background: learns from the shots alone, the arm none; add that arm");
-    for (const std::string& arm : o.arms)
-      if (draw.generated.count(arm) == 0) throw std::runtime_error(file + ": has no chips of the arm '" + arm + "'");
     for (const Classifier classifier : o.classifiers)
       for (const auto& [arm, generated] : draw.generated) {
         const bool asked = o.arms.empty() || std::find(o.arms.begin(), o.arms.end(), arm) != o.arms.end();

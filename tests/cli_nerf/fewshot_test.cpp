@@ -211,6 +211,8 @@ TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells 
   CHECK(recognise(arguments).is_error("other chips or options"));
   CHECK(recognise({"draws/04_00.pt", "--arm", "lerned"}).code == 1);
   CHECK(recognise({"study/report.json"}).is_error("is not a file of a draw of shots"));
+  CHECK(recognise({"draws/04_00.pt", "study/report.json", "-o", "early"}).is_error("is not a file of a draw of shots"));
+  CHECK_FALSE(fs::exists(chips / "early"));  // found before the first training
   CHECK(recognise({"draws/04_00.pt", "--classifier", "resnet"}).code == 2);
 }
 
