@@ -71,12 +71,10 @@ class SpeckleOfShots {
  public:
   SpeckleOfShots(const std::vector<ClassChips>& chips, const Draw& draw) : acquisition_(chips.front().training.at(draw.shots.front().front()).acquisition) {
     acquisition_.n_azimuth = acquisition_.n_range = kStoredSide;
-    ViewsOfClasses shots;
-    for (std::size_t c = 0; c < chips.size(); ++c) shots.add(shots_of(chips[c], draw.shots[c]), c);
     // MSTAR's window: the shape of the response matters less than its width, which the clutter shows.
-    if (auto fitted = fitted_clutter(powers_of(shots.chips()), Window{Window::Kind::taylor}, acquisition_.azimuth_spacing_m, acquisition_.range_spacing_m))
-      model_ = *fitted;
-    model_.texture_variance = 0.0;  // that of the ground
+    if (const auto fitted = fitted_clutter(powers_of(shots_of_classes(chips, draw)), Window{Window::Kind::taylor}, acquisition_.azimuth_spacing_m,
+                                           acquisition_.range_spacing_m))
+      model_.radar = fitted->radar;  // without texture, which is that of the ground
   }
 
   /// 1 everywhere if the shots show no clutter.

@@ -80,11 +80,11 @@ LabelledChips chips_of(const std::vector<ClassChips>& chips, const std::vector<s
   return labelled(pointers, labels);
 }
 
+}  // namespace
+
 LabelledChips shots_of_classes(const std::vector<ClassChips>& chips, const Draw& draw) {
   return chips_of(chips, draw.shots, [](const ClassChips& c) -> const auto& { return c.training; });
 }
-
-}  // namespace
 
 TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o) {
   TestChips test;

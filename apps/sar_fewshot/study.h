@@ -159,6 +159,9 @@ std::size_t most_generated(Arm arm, const Draw& draw, const GenerationOptions& o
 LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
                               const std::filesystem::path& cache, const Monitor& monitor);
 
+/// The shots of a draw.
+LabelledChips shots_of_classes(const std::vector<ClassChips>& chips, const Draw& draw);
+
 /// The test chips of a draw; with exchanged backgrounds too, if the options ask for them.
 TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, const Options& options);
 

@@ -102,10 +102,11 @@ void make_cell_file(const Options& o, Classifier classifier, const std::string& 
   std::fflush(stdout);
 }
 
+bool asks_for(const Options& o, const std::string& arm) { return o.arms.empty() || std::find(o.arms.begin(), o.arms.end(), arm) != o.arms.end(); }
+
 /// Refuses a file without the chips that are asked for.
 void check(const Options& o, const std::string& file, const DrawFile& draw) {
-  if (std::count(o.classifiers.begin(), o.classifiers.end(), Classifier::background) > 0 &&
-      (draw.generated.count("none") == 0 || (!o.arms.empty() && std::count(o.arms.begin(), o.arms.end(), "none") == 0)))
+  if (std::count(o.classifiers.begin(), o.classifiers.end(), Classifier::background) > 0 && (draw.generated.count("none") == 0 || !asks_for(o, "none")))
     throw Usage("--classifier background: learns from the shots alone, the arm none; add that arm");
   for (const std::string& arm : o.arms)
     if (draw.generated.count(arm) == 0) throw std::runtime_error(file + ": has no chips of the arm '" + arm + "'");
@@ -118,10 +119,8 @@ void run(const Options& o) {
   for (const std::string& file : o.files) {
     const DrawFile draw = read_draw_file(file);
     for (const Classifier classifier : o.classifiers)
-      for (const auto& [arm, generated] : draw.generated) {
-        const bool asked = o.arms.empty() || std::find(o.arms.begin(), o.arms.end(), arm) != o.arms.end();
-        if (asked && has_cell(classifier, arm)) make_cell_file(o, classifier, arm, draw);
-      }
+      for (const auto& [arm, generated] : draw.generated)
+        if (asks_for(o, arm) && has_cell(classifier, arm)) make_cell_file(o, classifier, arm, draw);
   }
 }
 
