@@ -1,13 +1,13 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Makes the tables of README.md and docs/results anew, all at the checked-out revision. Needs a build and a quiet machine.
+# Makes the tables of docs/results anew, all at the checked-out revision. Needs a build and a quiet machine.
 set -eu
 
 usage() {
   cat <<USAGE
 Usage: scripts/results.sh [--folder FOLDER] [--meshes FOLDER] [--chips FOLDER] [--insert] [STUDY...]
 Runs each study and keeps its Markdown as FOLDER/STUDY.md. A study whose file is there is not run again. With --insert, each
-table replaces the one between <!-- results STUDY --> and <!-- end --> in README.md and docs/results/*.md.
+table replaces the one between <!-- results STUDY --> and <!-- end --> in docs/results/*.md. The README's rows are means and copies of these, by hand.
 Studies: accuracy solids ground learning pitch response speckle scenes chips depressions chip_bodies extraction surfaces surfaces_ground
 trial; all without arguments.
   --folder FOLDER  (default build/results)
@@ -166,7 +166,7 @@ study_trial() {
 # put STUDY: its table into every page that has a place for it.
 put() {
   if [ ! -s "$folder/$1.md" ]; then echo "results: $folder/$1.md: expected a table, found none" >&2; exit 1; fi
-  for page in "$root"/README.md "$root"/docs/results/*.md; do
+  for page in "$root"/docs/results/*.md; do
     grep -qF "<!-- results $1 -->" "$page" || continue
     awk -v begin="<!-- results $1 -->" -v file="$folder/$1.md" '
       $0 == begin { print; while ((getline line < file) > 0) print line; skip = 1; next }

@@ -96,7 +96,7 @@ TEXT
   done | text
   text << TEXT
 
-*PSNR is over the peak of the training chips; the paper does not say over which peak its own is.$(
+*PSNR is over the peak of the training chips; the paper does not say whether its own is of power or of amplitude, nor over which peak.$(
     if $measured && [ -f "$table" ]; then echo " Chips read from pictures, as MSTAR's restored from JPEG, have lost their absolute gain and exact peaks: the printed column does not compare with the others."; fi)*
 TEXT
 }

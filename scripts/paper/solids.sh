@@ -128,7 +128,7 @@ TEXT
 *PSNR of power over the peak of the training images, mean over the unseen azimuths of $test_azimuths°; the best of all interpolations is chosen for each score.
 \`paper\`: the method to the letter (\`--field paper\`), scored at those of $paper_azimuths°, where the best interpolation is a row of its own. \`mlp\`: its network with an exact rule, carving, pruning and a schedule. \`grid\`: voxels of extinction and
 spherical harmonics of brightness. \`surface\`: a signed distance and brightness. All with default options. Interpolations are of the training images, turned or not. The images are those of the surface engine with four times as many rays as its automatic
-sampling; the printed values are of the authors' own images. The paper does not say over which peak its PSNR is. The paper's second row of the inverted
+sampling; the printed values are of the authors' own images. The paper does not say whether its PSNR is of power or of amplitude, nor over which peak. The paper's second row of the inverted
 platform is printed as "5/72" and taken for 36 views.$(if [ -z "$lpips" ]; then echo " LPIPS of ours needs weights (\`--lpips\`)."; fi)*
 TEXT
 }
