@@ -7,7 +7,9 @@
 #include <optional>
 #include <random>
 #include <span>
+#include <tuple>
 
+#include "chips.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
@@ -15,7 +17,6 @@
 #include "sarnerf/dataset/image_index.h"
 #include "sarnerf/dataset/manifest.h"
 #include "sarnerf/dataset/phoenix.h"
-#include "study.h"
 
 namespace sarnerf::app {
 
@@ -82,14 +83,20 @@ ChipsFound chips_of_table(const Options& o, const Monitor& monitor) {
 /// Views of all datasets in the folder. A view without a class has that of the folder's subfolder that it lies in.
 ChipsFound chips_of_datasets(const Options& o, Console& console, const Monitor& monitor) {
   std::vector<std::filesystem::path> folders;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(o.chips))
+  walk_folder(o.chips, [&](const std::filesystem::directory_entry& entry) {
+    monitor.check();
     if (entry.path().filename() == kManifestName) folders.push_back(entry.path().parent_path());
+    return true;
+  });
   std::ranges::sort(folders);
   ChipsFound found;
   for (std::size_t f = 0; f < folders.size(); ++f) {
     const Dataset dataset = read_manifest(folders[f]);
     if (dataset.unfinished()) console.warning(folders[f].string() + ": " + unfinished_text(dataset));
     const std::string subfolder = std::filesystem::relative(folders[f], o.chips).begin()->string();
+    if (subfolder == "." && std::ranges::any_of(dataset.views, [](const DatasetView& v) { return v.class_name.empty(); }))
+      throw InputError((folders[f] / kManifestName).string() + ": expected a class of each view, or a place in a subfolder that is named after "
+                       "its class, found neither; put the dataset into such a subfolder of FOLDER");
     const auto class_of = [&](const DatasetView& v) { return v.class_name.empty() ? subfolder : v.class_name; };
     std::vector<std::size_t> which;
     for (std::size_t n = 0; n < dataset.views.size(); ++n)
@@ -151,14 +158,23 @@ void require_one_kind(const std::vector<ClassChips>& chips) {
       }
 }
 
-/// Of names, angles, depressions and pixels.
-std::string fingerprint_of(const ClassChips& chips) {
-  std::string text;
+/// Fills the digests of a class. Throws InputError if two of its chips are one: in a test of chips that are no shots, a shot would be tested.
+void add_digests(ClassChips& chips) {
+  std::string text, geometry;
+  std::map<std::tuple<double, double, std::string>, std::string> names;
   for (const auto* list : {&chips.training, &chips.test})
-    for (const PosedImage& chip : *list)
-      text += format("%s %.9g %.9g %s\n", chip.name.c_str(), chip.acquisition.azimuth_rad, chip.acquisition.incidence_rad,
-                     sha256_hex(std::as_bytes(chip.power.pixels())).c_str());
-  return sha256_hex(std::as_bytes(std::span(text)));
+    for (const PosedImage& chip : *list) {
+      const Acquisition& a = chip.acquisition;
+      const std::string pixels = sha256_hex(std::as_bytes(chip.power.pixels()));
+      text += format("%s %.9g %.9g %s\n", chip.name.c_str(), a.azimuth_rad, a.incidence_rad, pixels.c_str());
+      geometry += format("%.9g %.9g %.9g %d\n", a.azimuth_spacing_m, a.range_spacing_m, a.slant_range_m, static_cast<int>(a.look));
+      const auto [other, is_new] = names.try_emplace({a.azimuth_rad, a.incidence_rad, pixels}, chip.name);
+      if (!is_new)
+        throw InputError(format("class %s: expected each chip once, found %s and %s with the same pixels and angles; leave one out", chips.name.c_str(),
+                                in_quotes(other->second).c_str(), in_quotes(chip.name).c_str()));
+    }
+  chips.sha256 = sha256_hex(std::as_bytes(std::span(text)));
+  chips.geometry = sha256_hex(std::as_bytes(std::span(geometry)));
 }
 
 }  // namespace
@@ -201,7 +217,7 @@ std::vector<ClassChips> read_chips(const Options& o, Console& console, const Mon
     throw InputError(o.chips.string() + ": expected chips of two classes or more, found those of " + result.front().name + " alone");
   require_one_kind(result);
   cut_to_one_size(result);
-  for (ClassChips& c : result) c.sha256 = fingerprint_of(c);
+  for (ClassChips& c : result) add_digests(c);
   std::size_t n_chips = 0;
   for (const ClassChips& c : result) n_chips += c.training.size() + c.test.size();
   console.note(counted(n_chips, "chip") + " of " + counted(result.size(), "class", "classes") +
@@ -260,6 +276,11 @@ Draw draw_shots(const std::vector<ClassChips>& chips, int n_shots, int number, c
   return draw;
 }
 
+void require_draws(const Options& o, const std::vector<ClassChips>& chips) {
+  for (const int n_shots : o.shots)
+    for (int number = 0; number < o.n_draws; ++number) draw_shots(chips, n_shots, number, o);
+}
+
 LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const std::int64_t> labels) {
   constexpr int side = kStoredSide;
   const auto n_chips = static_cast<std::int64_t>(chips.size());
@@ -274,6 +295,31 @@ LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const
     result.pose_deg[index][1] = 90.0 - deg_from_rad(chips[n]->acquisition.incidence_rad);
   }
   return result;
+}
+
+namespace {
+
+/// These chips of source(class).
+template <class Source>
+LabelledChips chips_of(const std::vector<ClassChips>& chips, const std::vector<std::vector<std::size_t>>& which, const Source& source) {
+  std::vector<const PosedImage*> pointers;
+  std::vector<std::int64_t> labels;
+  for (std::size_t c = 0; c < chips.size(); ++c)
+    for (const std::size_t n : which[c]) {
+      pointers.push_back(&source(chips[c])[n]);
+      labels.push_back(static_cast<std::int64_t>(c));
+    }
+  return labelled(pointers, labels);
+}
+
+}  // namespace
+
+LabelledChips shots_of_classes(const std::vector<ClassChips>& chips, const Draw& draw) {
+  return chips_of(chips, draw.shots, [](const ClassChips& c) -> const auto& { return c.training; });
+}
+
+LabelledChips tested_chips(const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
+  return chips_of(chips, draw.test, [&](const ClassChips& c) -> const auto& { return list_of_test(c, validate); });
 }
 
 std::vector<Image<float>> powers_of(const LabelledChips& chips) {

@@ -2,6 +2,8 @@
 // Three questions about the background of chips. Do classifiers recognise targets by it? Then they fail where it is exchanged. Do test chips show
 // the ground that training chips show? Then their backgrounds are correlated. And is the background of generated chips like that of measured
 // ones? Then a classifier cannot tell them apart.
+#include "clutter.h"
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -9,6 +11,7 @@
 #include <random>
 #include <utility>
 
+#include "generation.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/image_analysis.h"
@@ -16,7 +19,6 @@
 #include "sarnerf/core/units.h"
 #include "sarnerf/formation/clutter.h"
 #include "sarnerf/report/page.h"
-#include "study.h"
 #include "torch_setup.h"
 
 namespace sarnerf::app {
@@ -134,6 +136,9 @@ Image<float> on_clutter(const Image<float>& power, const Image<float>& clutter) 
   return on_background(power, kept, clutter, static_cast<float>(sum / n_others));
 }
 
+namespace {
+
+/// Fills `within` and `across`.
 void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips, const Draw& draw, bool validate) {
   // Within a class the new background is that of nearly the same azimuth: a class that was measured at one place at both depressions shows the
   // same ground again, and a classifier that knows it must not be taken for a fault of the exchange.
@@ -164,6 +169,15 @@ void exchange_backgrounds(TestChips& test, const std::vector<ClassChips>& chips,
 }
 
 // The same ground in training and test chips.
+
+}  // namespace
+
+TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o) {
+  TestChips test;
+  test.measured = tested_chips(chips, draw, o.validate);
+  if (o.exchange) exchange_backgrounds(test, chips, draw, o.validate);
+  return test;
+}
 
 namespace {
 

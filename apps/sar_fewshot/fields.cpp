@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Views of fields that are learned from the shots.
+#include <optional>
 #include <utility>
 
+#include "generation.h"
+#include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/nerf/learned_field.h"
 #include "sarnerf/nerf/trainer.h"
+#include "study.h"
 #include "torch_setup.h"
-#include "views.h"
 
 namespace sarnerf::app {
 
@@ -73,44 +76,63 @@ FieldContext field_context(const std::vector<ClassChips>& chips, const Draw& dra
   return {static_cast<std::uint64_t>(100'000 * draw.number + 1000 * draw.n_shots), common_ground_height_m(scenes, box_m).value_or(0.0)};
 }
 
-LearnedMeans means_of_fields(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const Monitor& monitor) {
-  const FieldContext shared = field_context(chips, draw);
+/// Of one class.
+LearnedMeans means_of_field(const std::vector<ClassChips>& chips, const Draw& draw, std::size_t c, const Options& o, FieldContext context,
+                            const Monitor& monitor) {
+  context.seed += c;
+  const std::vector<PosedImage> shots = shots_of(chips[c], draw.shots[c]);
+  LearnedViews views = learned_views(shots, wanted_views(shots, o.generation, o.generation.depression_deg), o.generation, context, monitor);
   ViewsOfClasses wanted, of_shots;
-  for (std::size_t c = 0; c < chips.size(); ++c) {
-    monitor.check();
-    FieldContext context = shared;
-    context.seed += c;
-    const std::vector<PosedImage> shots = shots_of(chips[c], draw.shots[c]);
-    LearnedViews views = learned_views(shots, wanted_views(shots, o.generation, o.generation.depression_deg), o.generation, context, monitor);
-    wanted.add(std::move(views.wanted), c);
-    of_shots.add(std::move(views.of_shots), c);
-    monitor.report(format("fields of draw %d", draw.number), c + 1, chips.size());
-  }
+  wanted.add(std::move(views.wanted), c);
+  of_shots.add(std::move(views.of_shots), c);
   return {wanted.chips(), of_shots.chips()};
+}
+
+/// From the file, if it is whole and has this mark. Whatever else is there is made again.
+std::optional<LearnedMeans> kept_means(const std::filesystem::path& file, const std::string& mark) {
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  try {
+    const Archive archive = read_archive(file);
+    if (archive.json != mark) return std::nullopt;
+    const auto chips_of = [&](const char* amplitude) {
+      return LabelledChips{archive.tensor(amplitude, torch::kFloat32, 3, file.string()), archive.tensor("label", torch::kInt64, 1, file.string()),
+                           archive.tensor("pose_deg", torch::kFloat64, 2, file.string())};
+    };
+    return LearnedMeans{chips_of("amplitude"), chips_of("of_shots")};
+  } catch (const CheckpointError&) {
+    return std::nullopt;
+  }
+}
+
+void keep(const LearnedMeans& means, const std::filesystem::path& file, const std::string& mark) {
+  Archive archive;
+  archive.json = mark;
+  archive.tensors = {{"amplitude", means.wanted.amplitude}, {"of_shots", means.of_shots.amplitude}, {"label", means.wanted.label},
+                     {"pose_deg", means.wanted.pose_deg}};
+  write_archive(file, archive);
 }
 
 }  // namespace
 
 LearnedMeans learned_means(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o, const std::filesystem::path& cache,
                           const Monitor& monitor) {
-  const auto file = cache / format("%02d_%02d.pt", draw.n_shots, draw.number);
-  constexpr int kFormat = 2;  // of the file
+  constexpr int kFormat = 3;  // of the files
   const std::string mark = Json{{"study", study_of(o, chips, Arm::learned)}, {"format", kFormat}}.dump();
-  if (std::filesystem::exists(file)) {
-    const Archive archive = read_archive(file);
-    const auto chips_of = [&](const char* amplitude) {
-      return LabelledChips{archive.tensor(amplitude, torch::kFloat32, 3, file.string()), archive.tensor("label", torch::kInt64, 1, file.string()),
-                           archive.tensor("pose_deg", torch::kFloat64, 2, file.string())};
-    };
-    if (archive.json == mark) return {chips_of("amplitude"), chips_of("of_shots")};
+  std::optional<FieldContext> context;
+  LearnedMeans all;
+  for (std::size_t c = 0; c < chips.size(); ++c) {
+    monitor.check();
+    const auto file = cache / format("%02d_%02d_%s.pt", draw.n_shots, draw.number, chips[c].name.c_str());
+    std::optional<LearnedMeans> means = kept_means(file, mark);
+    if (!means) {
+      if (!context) context = field_context(chips, draw);
+      means = means_of_field(chips, draw, c, o, *context, monitor);
+      keep(*means, file, mark);
+      monitor.report(format("fields of draw %d", draw.number), c + 1, chips.size());
+    }
+    all = {joined(all.wanted, means->wanted), joined(all.of_shots, means->of_shots)};
   }
-  LearnedMeans means = means_of_fields(chips, draw, o, monitor);
-  Archive archive;
-  archive.json = mark;
-  archive.tensors = {{"amplitude", means.wanted.amplitude}, {"of_shots", means.of_shots.amplitude}, {"label", means.wanted.label},
-                     {"pose_deg", means.wanted.pose_deg}};
-  write_archive(file, archive);
-  return means;
+  return all;
 }
 
 }  // namespace sarnerf::app

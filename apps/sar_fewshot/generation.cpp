@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // The chips of each arm: views, and what they get beside their means.
+#include "generation.h"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <random>
 #include <utility>
 
+#include "clutter.h"
 #include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/units.h"
 #include "sarnerf/formation/clutter.h"
-#include "views.h"
 
 namespace sarnerf::app {
 

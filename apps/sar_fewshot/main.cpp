@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app_main.h"
+#include "clutter.h"
+#include "generation.h"
 #include "output_files.h"
 #include "output_lock.h"
 #include "sarnerf/core/error.h"
@@ -93,18 +95,25 @@ void refuse_beyond_memory(const Options& o, const MemoryLimit& limit, const std:
   constexpr std::uint64_t kBatchChip = 2'000'000, kBatchChipOfResnet = 14'000'000;
   constexpr std::uint64_t kStoredChip = sizeof(float) * kStoredSide * kStoredSide;
   const std::uint64_t chip = sizeof(float) * chips.front().training.front().power.pixels().size();
-  std::uint64_t n_chips = 0, n_tested = 0, n_generated = 0;
+  std::uint64_t n_chips = 0, n_tested = 0, n_generated = 0, n_kept = 0;  // kept: of all arms together, for files of draws and for pictures
   for (const ClassChips& c : chips) n_chips += c.training.size() + c.test.size();
   for (const int n_shots : o.shots) {
     const Draw draw = draw_shots(chips, n_shots, 0, o);
     std::uint64_t n_test = 0;
     for (const auto& of_class : draw.test) n_test += of_class.size();
     n_tested = std::max(n_tested, n_test);
-    for (const Arm arm : o.arms) n_generated = std::max<std::uint64_t>(n_generated, most_generated(arm, draw, o.generation));
+    std::uint64_t n_of_draw = 0;
+    for (const Arm arm : o.arms) {
+      const std::uint64_t n = most_generated(arm, draw, o.generation);
+      n_generated = std::max(n_generated, n);
+      n_of_draw += n;
+    }
+    n_kept = std::max(n_kept, n_of_draw);
   }
   const bool resnet = std::ranges::find(o.classifiers, Classifier::resnet50) != o.classifiers.end();
   const std::uint64_t needed = kBaseMemory_bytes + static_cast<std::uint64_t>(o.training.batch) * (resnet ? kBatchChipOfResnet : kBatchChip) +
-                               n_chips * chip + 2 * (o.exchange ? 3 : 1) * n_tested * kStoredChip + n_generated * (chip + 2 * kStoredChip);
+                               n_chips * chip + 2 * (o.exchange ? 3 : 1) * n_tested * kStoredChip + n_generated * (chip + 2 * kStoredChip) +
+                               (o.draws_folder.empty() ? 1 : 2) * n_kept * kStoredChip;  // a file is made of a copy
   if (limit.allows(needed)) return;
   throw UsageError("the study of " + counted(n_tested, "test chip") + " and up to " + counted(n_generated, "generated one") + " needs about " +
                    bytes_text(needed) + ", and " + limit.text() + "; use fewer --classes, fewer --shots or a smaller --batch" + (o.exchange ? ", or leave out --exchange-clutter" : ""));
@@ -125,6 +134,12 @@ void run(const Options& options, Console& console) {
   std::map<std::filesystem::path, TakenFolder> taken;  // two options may name one folder
   for (const auto& [folder, option] : {std::pair(options.output, "-o"), {options.chips_folder, "--export"}, {options.draws_folder, "--export-draws"}})
     if (!folder.empty()) taken.try_emplace(full_path(folder), folder, request, options, option);
+  if (options.check_ground) {
+    const std::string text = ground_text(chips, monitor);
+    write_file_atomically(options.output / "ground.md", text);
+    print_result(text);
+    return;
+  }
   try {
     if (!options.chips_folder.empty() || !options.draws_folder.empty()) {
       const std::size_t n = export_chips(options, chips, monitor);
@@ -136,12 +151,6 @@ void run(const Options& options, Console& console) {
     if (options.check_clutter) {
       const std::string text = clutter_text(options, chips, monitor);
       write_file_atomically(options.output / "clutter.md", text);
-      print_result(text);
-      return;
-    }
-    if (options.check_ground) {
-      const std::string text = ground_text(chips, monitor);
-      write_file_atomically(options.output / "ground.md", text);
       print_result(text);
       return;
     }

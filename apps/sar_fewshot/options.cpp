@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "options.h"
+
 #include "command_line.h"
 #include "output_lock.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/text.h"
-#include "study.h"
 
 namespace sarnerf::app {
 namespace {
@@ -17,8 +18,8 @@ constexpr const char* kFooter =
     "  sar_fewshot mstar/soc --csv mstar/manifest.csv --amplitude-scale 4/65535 -o study\n"
     "  sar_fewshot mstar/soc --csv mstar/manifest.csv --amplitude-scale 4/65535 --quick -o quick\n"
     "  sar_fewshot chips/ --train-depression 17 --test-depression 15 --shots 4,8 --draws 3\n"
-    "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 training of a field diverged, 130 interrupted; the\n"
-    "same command continues.";
+    "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 a training diverged, 130 interrupted; the same\n"
+    "command continues.";
 
 /// A list of some of these values, separated by commas, each named by name().
 template <class T>
@@ -121,8 +122,8 @@ void add_options(CommandLine& command, Options& o, bool& quick) {
     if (!command.given("--shots")) o.shots = {12};
     if (!command.given("--draws")) o.n_draws = 1;
     if (!command.given("--arms")) o.arms = {Arm::none, Arm::turned, Arm::learned};
-    o.training.n_steps = 200;
-    o.generation.field_steps = 100;
+    if (!command.given("--steps")) o.training.n_steps = 200;
+    if (!command.given("--field-steps")) o.generation.field_steps = 100;
   });
 
   command.begin_group("Classifiers");

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "clutter.h"
+#include "generation.h"
 #include "output_files.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/dataset/image_file.h"
@@ -74,21 +76,24 @@ Pictures write_pictures(const Options& o, const std::vector<ClassChips>& chips, 
   const auto most = *std::ranges::max_element(o.shots);
   if (most == 0) return {};
   const Pictures result{arms_with_rows(o), o.exchange};
+  if (result.rows.empty() && !result.exchanged) return result;
   const auto folder = o.output / "pictures", rows_file = folder / "rows.json";
-  make_folder(folder);
   Json rows = {{"shots", most}, {"arms", Json::array()}};
   for (const Arm arm : o.arms) rows["arms"].push_back(name(arm));
   const std::string rows_text = rows.dump(1) + "\n";
   if (std::filesystem::exists(rows_file) && read_whole_file(rows_file) == rows_text) return result;
   const Draw draw = draw_shots(chips, most, 0, o);
-  const std::vector<Image<std::uint8_t>> pictures = arms_pictures(chips, draw, result.rows, o, o.output / "generated", monitor);
+  make_folder(folder);
   AtomicFiles files;
   if (o.exchange) {
     const TestChips test = test_of_classes(chips, draw, o);
     files.add(o.output / kExchangePicture, encode_png(picture_of_rows({test.measured, test.within, test.across}, {})));
   }
-  for (std::size_t c = 0; c < chips.size(); ++c) files.add(o.output / picture_file(chips[c]), encode_png(pictures[c]));
-  files.add(rows_file, rows_text);
+  if (!result.rows.empty()) {  // without rows, those of other commands stay
+    const std::vector<Image<std::uint8_t>> pictures = arms_pictures(chips, draw, result.rows, o, o.output / "generated", monitor);
+    for (std::size_t c = 0; c < chips.size(); ++c) files.add(o.output / picture_file(chips[c]), encode_png(pictures[c]));
+    files.add(rows_file, rows_text);
+  }
   files.commit();
   return result;
 }

@@ -166,6 +166,17 @@ std::string accuracy_table(const Options& o, const std::vector<Cell>& cells, Cla
   return markdown_table(columns, rows);
 }
 
+/// Where the classifier's cells were made, if not all at one place; empty if they were. Cells of older versions do not say it.
+std::string places_text(const std::vector<Cell>& cells, Classifier classifier) {
+  std::map<std::string, std::size_t> n_of_device;
+  for (const Cell& cell : cells)
+    if (cell.classifier == classifier) ++n_of_device[cell.device.empty() ? "not recorded" : cell.device];
+  if (!is_network(classifier) || n_of_device.size() < 2) return "";
+  std::string text = "\n*Trained on different devices or numbers of threads:";
+  for (const auto& [device, n] : n_of_device) text += (text.back() == ':' ? " " : "; ") + device + ", " + counted(n, "cell");
+  return text + ". The same training there gives accuracies that differ by about a point.*\n";
+}
+
 std::string difference_table(const Options& o, const std::vector<Comparison>& all, const std::string& measure, Classifier classifier) {
   std::vector<TableColumn> columns{{"difference"}};
   for (const int n : o.shots) columns.push_back({shots_text(n) + " shots (points)", Align::right});
@@ -316,7 +327,7 @@ std::string study_text(const Options& o, const std::vector<ClassChips>& chips, c
       text += format("Classes with chips at %g°: how many of these are recognised, and how many chips of the classes without any, at %g° and no shots, are "
                      "taken for them:\n\n", o.test_depression_deg, o.training_depression_deg) + recall +
               "\nAll test chips together:\n\n";
-    text += accuracy_table(o, cells, classifier);
+    text += accuracy_table(o, cells, classifier) + places_text(cells, classifier);
     bool any = false;
     for (const Measure& measure : measures) {
       const std::string differences = difference_table(o, compared, measure.title, classifier);

@@ -7,6 +7,8 @@
 #include <set>
 #include <span>
 
+#include "clutter.h"
+#include "generation.h"
 #include "sarnerf/core/error.h"
 #include "sarnerf/core/files.h"
 #include "sarnerf/core/text.h"
@@ -25,9 +27,9 @@ constexpr int kMethod = 12;
 /// Raised whenever the same chips and options would give other learned views, and all else would stay.
 constexpr int kFieldMethod = 3;
 
-std::string fingerprint_of(const std::vector<ClassChips>& chips) {
+std::string fingerprint_of(const std::vector<ClassChips>& chips, std::string ClassChips::*digest) {
   std::string text;
-  for (const ClassChips& c : chips) text += c.name + " " + c.sha256 + "\n";
+  for (const ClassChips& c : chips) text += c.name + " " + c.*digest + "\n";
   return sha256_hex(std::as_bytes(std::span(text)));
 }
 
@@ -37,7 +39,8 @@ Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
   const GenerationOptions& g = o.generation;
   const ClassifierOptions& c = o.training;
   Json request = {{"method", kMethod},
-          {"chips", {{"sha256", fingerprint_of(chips)},
+          {"chips", {{"sha256", fingerprint_of(chips, &ClassChips::sha256)},
+                     {"geometry", fingerprint_of(chips, &ClassChips::geometry)},
                      {"classes", !o.classes.empty() ? Json(o.classes) : o.most_classes > 0 ? Json(o.most_classes) : Json("all")},
                      {"table", o.table.filename().string()},
                      {"scale", o.scale},
@@ -59,43 +62,12 @@ Json request_of(const Options& o, const std::vector<ClassChips>& chips) {
 
 std::string study_of(const Options& o, const std::vector<ClassChips>& chips, Arm arm) {
   Json request = request_of(o, chips);
+  // A folder is of one geometry, but cells from before it was looked at stay valid. The next kMethod takes it in.
+  request["chips"].erase("geometry");
   if (arm == Arm::none) request.erase("generated");
   else if (!needs_field(arm)) request["generated"].erase("learned");
   const std::string text = request.dump();
   return sha256_hex(std::as_bytes(std::span(text))).substr(0, 16);
-}
-
-namespace {
-
-/// These chips of source(class).
-template <class Source>
-LabelledChips chips_of(const std::vector<ClassChips>& chips, const std::vector<std::vector<std::size_t>>& which, const Source& source) {
-  std::vector<const PosedImage*> pointers;
-  std::vector<std::int64_t> labels;
-  for (std::size_t c = 0; c < chips.size(); ++c)
-    for (const std::size_t n : which[c]) {
-      pointers.push_back(&source(chips[c])[n]);
-      labels.push_back(static_cast<std::int64_t>(c));
-    }
-  return labelled(pointers, labels);
-}
-
-}  // namespace
-
-LabelledChips shots_of_classes(const std::vector<ClassChips>& chips, const Draw& draw) {
-  return chips_of(chips, draw.shots, [](const ClassChips& c) -> const auto& { return c.training; });
-}
-
-TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw, const Options& o) {
-  TestChips test;
-  test.measured = chips_of(chips, draw.test, [&](const ClassChips& c) -> const auto& { return list_of_test(c, o.validate); });
-  if (o.exchange) exchange_backgrounds(test, chips, draw, o.validate);
-  return test;
-}
-
-void require_draws(const Options& o, const std::vector<ClassChips>& chips) {
-  for (const int n_shots : o.shots)
-    for (int number = 0; number < o.n_draws; ++number) draw_shots(chips, n_shots, number, o);
 }
 
 namespace {

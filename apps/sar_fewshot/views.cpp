@@ -5,8 +5,8 @@
 #include <iterator>
 #include <limits>
 
+#include "generation.h"
 #include "sarnerf/core/units.h"
-#include "views.h"
 
 namespace sarnerf::app {
 

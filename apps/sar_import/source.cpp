@@ -46,15 +46,16 @@ std::vector<fs::path> chip_files(const Options& o, Console& console, const Monit
       files.push_back(input);
       continue;
     }
-    for (const auto& entry : fs::recursive_directory_iterator(input)) {
+    walk_folder(input, [&](const fs::directory_entry& entry) {
       monitor.check();
-      if (!entry.is_regular_file(code)) continue;
-      if (is_wanted(o.command, entry.path())) {
-        files.push_back(entry.path());
-      } else {
-        ++n_others;
+      if (entry.is_regular_file(code)) {
+        if (is_wanted(o.command, entry.path()))
+          files.push_back(entry.path());
+        else
+          ++n_others;
       }
-    }
+      return true;
+    });
   }
   // A folder may be given twice, by two spellings or by a link.
   std::map<fs::path, fs::path> by_place;

@@ -14,6 +14,7 @@
 
 #include <torch/cuda.h>
 
+#include "sarnerf/core/error.h"
 #include "sarnerf/recognise/cell.h"
 
 namespace {
@@ -27,12 +28,8 @@ constexpr const char* kUsage =
     "  --classifier NAME  a-convnet (default), resnet50, nearest or background; may be given again\n"
     "  --arm NAME         only this arm of the files; may be given again\n"
     "  --device NAME      cpu or cuda (default: cuda if there is one)\n"
-    "  -o FOLDER          of the cells (default cells)\n";
-
-/// A wrong command line.
-struct Usage : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+    "  -o FOLDER          of the cells (default cells)\n"
+    "Exit codes: 0 done, 1 failure at run time, 2 usage, 3 bad input file, 4 a training diverged\n";
 
 struct Options {
   std::vector<std::string> files, arms;
@@ -44,7 +41,7 @@ struct Options {
 Classifier classifier_named(const std::string& text) {
   for (const Classifier c : {Classifier::a_convnet, Classifier::resnet50, Classifier::nearest_neighbour, Classifier::background})
     if (name(c) == text) return c;
-  throw Usage("--classifier: expected a-convnet, resnet50, nearest or background, found '" + text + "'");
+  throw UsageError("--classifier: expected a-convnet, resnet50, nearest or background, found '" + text + "'");
 }
 
 Options parse(const std::vector<std::string>& arguments) {
@@ -55,73 +52,93 @@ Options parse(const std::vector<std::string>& arguments) {
       o.files.push_back(option);
       continue;
     }
-    if (n + 1 == arguments.size()) throw Usage(option + ": expected a value, found none; see --help");
+    if (n + 1 == arguments.size()) throw UsageError(option + ": expected a value, found none; see --help");
     const std::string& value = arguments[++n];
     if (option == "--classifier") {
       o.classifiers.push_back(classifier_named(value));
     } else if (option == "--arm") {
       o.arms.push_back(value);
     } else if (option == "--device") {
-      if (value != "cpu" && value != "cuda") throw Usage("--device: expected cpu or cuda, found '" + value + "'");
+      if (value != "cpu" && value != "cuda") throw UsageError("--device: expected cpu or cuda, found '" + value + "'");
       o.device = value == "cuda" ? torch::kCUDA : torch::kCPU;
-      if (o.device.is_cuda() && !torch::cuda::is_available()) throw Usage("--device cuda: this LibTorch finds no GPU; leave it out");
+      if (o.device.is_cuda() && !torch::cuda::is_available()) throw UsageError("--device cuda: this LibTorch finds no GPU; leave it out");
     } else if (option == "-o") {
       o.output = value;
     } else {
-      throw Usage(option + " " + value + ": expected an option of --help");
+      throw UsageError(option + " " + value + ": expected an option of --help");
     }
   }
-  if (o.files.empty()) throw Usage("expected files of sar_fewshot --export-draws, found none; see --help");
+  if (o.files.empty()) throw UsageError("expected files of sar_fewshot --export-draws, found none; see --help");
   if (o.classifiers.empty()) o.classifiers = {Classifier::a_convnet};
   return o;
 }
 
+/// Where a cell is kept.
+std::filesystem::path file_of(const Options& o, const Cell& cell) { return o.output / cell_file_name(cell); }
+
+/// Whether the cell's file is there. Throws InputError if it is another cell's, or a part of one.
+bool is_made(const Options& o, const Cell& cell) {
+  const auto file = file_of(o, cell);
+  std::ifstream in(file);
+  if (!in) return false;
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  if (text.find("\"study\": \"") == std::string::npos || text.find("\"seconds\"") == std::string::npos)
+    throw InputError(file.string() + ": expected a cell, found something else, or a part of one; remove the file");
+  if (text.find("\"study\": \"" + cell.study + "\"") == std::string::npos)
+    throw InputError(file.string() + ": is a cell of other chips or options; choose another folder (-o)");
+  return true;
+}
+
 /// Makes a cell, unless there is one of the same study.
-void make_cell_file(const Options& o, Classifier classifier, const std::string& arm, const DrawFile& draw) {
-  const DrawFile::Generated& generated = draw.generated.at(arm);
-  Cell cell{classifier, arm, draw.n_shots, draw.draw, generated.study, {}, {}, {}, {}, 0.0};
-  const auto file = o.output / cell_file_name(cell);
-  if (std::ifstream in(file); in) {
-    const std::string text((std::istreambuf_iterator<char>(in)), {});
-    if (text.find("\"study\": \"" + generated.study + "\"") != std::string::npos) return;
-    if (text.find("\"study\": \"") == std::string::npos || text.find("\"seconds\"") == std::string::npos)
-      throw std::runtime_error(file.string() + ": expected a cell, found something else, or a part of one; remove the file");
-    throw std::runtime_error(file.string() + ": is a cell of other chips or options; choose another folder (-o)");
-  }
+void make_cell_file(const Options& o, Cell cell, const DrawFile& draw) {
+  if (is_made(o, cell)) return;
   ClassifierOptions options = draw.options;
   options.device = o.device;
-  make_cell(cell, {draw.shots, generated.chips}, draw.test, static_cast<int>(draw.classes.size()), options);
-  // Renamed when complete: an interrupted run leaves no half of a cell.
-  const auto part = std::filesystem::path(file).concat(".part");
-  std::ofstream out(part);
-  out << cell_json(cell);
-  out.close();
-  if (!out) throw std::runtime_error(part.string() + ": cannot be written; is the disk full?");
-  std::filesystem::rename(part, file);
-  std::printf("%s: %.1f %% recognised, %.1f s\n", file.c_str(), 100.0 * accuracy(cell.confusion), cell.seconds);
+  make_cell(cell, {draw.shots, draw.generated.at(cell.arm).chips}, draw.test, static_cast<int>(draw.classes.size()), options);
+  write_when_complete(file_of(o, cell).string(), cell_json(cell));
+  std::printf("%s: %.1f %% recognised, %.1f s\n", file_of(o, cell).c_str(), 100.0 * accuracy(cell.confusion), cell.seconds);
   std::fflush(stdout);
 }
 
 bool asks_for(const Options& o, const std::string& arm) { return o.arms.empty() || std::find(o.arms.begin(), o.arms.end(), arm) != o.arms.end(); }
 
-/// Refuses a file without the chips that are asked for.
+/// The cells that are asked for of a draw, empty.
+std::vector<Cell> cells_of(const Options& o, const DrawFile& draw) {
+  std::vector<Cell> cells;
+  for (const Classifier classifier : o.classifiers)
+    for (const auto& [arm, generated] : draw.generated)
+      if (asks_for(o, arm) && has_cell(classifier, arm))
+        cells.push_back({classifier, arm, draw.n_shots, draw.draw, generated.study, {}, {}, {}, {}, 0.0});
+  return cells;
+}
+
+/// Refuses a file without the chips that are asked for, and cells of other studies.
 void check(const Options& o, const std::string& file, const DrawFile& draw) {
   if (std::count(o.classifiers.begin(), o.classifiers.end(), Classifier::background) > 0 && (draw.generated.count("none") == 0 || !asks_for(o, "none")))
-    throw Usage("--classifier background: learns from the shots alone, the arm none; add that arm");
+    throw UsageError("--classifier background: learns from the shots alone, the arm none; add that arm");
   for (const std::string& arm : o.arms)
-    if (draw.generated.count(arm) == 0) throw std::runtime_error(file + ": has no chips of the arm '" + arm + "'");
+    if (draw.generated.count(arm) == 0) throw UsageError("--arm: expected an arm of " + file + ", found '" + arm + "'");
+  for (const Cell& cell : cells_of(o, draw)) is_made(o, cell);
 }
 
 void run(const Options& o) {
   // All files before the first training: hours may lie between it and the last one.
   for (const std::string& file : o.files) check(o, file, read_draw_file(file));
-  std::filesystem::create_directories(o.output);
+  std::error_code ignored;
+  std::filesystem::create_directories(o.output, ignored);
+  const auto trial = o.output / "trial";
+  write_when_complete(trial.string(), "");
+  std::filesystem::remove(trial);
   for (const std::string& file : o.files) {
     const DrawFile draw = read_draw_file(file);
-    for (const Classifier classifier : o.classifiers)
-      for (const auto& [arm, generated] : draw.generated)
-        if (asks_for(o, arm) && has_cell(classifier, arm)) make_cell_file(o, classifier, arm, draw);
+    for (const Cell& cell : cells_of(o, draw)) make_cell_file(o, cell, draw);
   }
+}
+
+int exit_code(const std::exception& e) {
+  if (dynamic_cast<const UsageError*>(&e)) return 2;
+  if (dynamic_cast<const InputError*>(&e)) return 3;
+  return dynamic_cast<const NumericsError*>(&e) ? 4 : 1;
 }
 
 }  // namespace
@@ -133,11 +150,8 @@ int main(int argc, char** argv) {
       if (argument == "--help" || argument == "-h") return std::fputs(kUsage, stdout), 0;
     run(parse(arguments));
     return 0;
-  } catch (const Usage& e) {
-    std::fprintf(stderr, "sar_recognise: error: %s\n", e.what());
-    return 2;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "sar_recognise: error: %s\n", std::string(e.what()).substr(0, std::string(e.what()).find('\n')).c_str());
-    return 1;
+    return exit_code(e);
   }
 }

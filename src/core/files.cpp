@@ -216,6 +216,18 @@ std::uint64_t regular_file_size(const std::filesystem::path& path) {
   return size;
 }
 
+void walk_folder(const std::filesystem::path& folder, const std::function<bool(const std::filesystem::directory_entry&)>& visit) {
+  std::error_code code;
+  std::filesystem::recursive_directory_iterator at(folder, code);
+  if (code) throw InputError(folder.string() + ": expected a folder that can be read: " + code.message());
+  while (at != std::filesystem::recursive_directory_iterator()) {
+    if (!visit(*at)) at.disable_recursion_pending();
+    const std::filesystem::path last = at->path();
+    at.increment(code);
+    if (code) throw InputError(last.string() + ": expected a folder that can be read: " + code.message());
+  }
+}
+
 std::string read_whole_file(const std::filesystem::path& path) {
   std::string bytes(regular_file_size(path), '\0');
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);

@@ -224,22 +224,12 @@ std::vector<IndexedImage> read_image_index(const fs::path& path, const fs::path&
 std::vector<fs::path> image_files(const fs::path& folder) {
   constexpr std::array kEndings{".png", ".jpg", ".jpeg", ".tif", ".tiff"};
   std::vector<fs::path> files;
-  std::error_code code;
-  fs::recursive_directory_iterator walk(folder, code);
-  if (code) throw InputError(folder.string() + ": expected a folder of images: " + code.message());
-  for (auto at = fs::begin(walk); at != fs::end(walk);) {
-    const fs::directory_entry& entry = *at;
+  walk_folder(folder, [&](const fs::directory_entry& entry) {
     std::error_code ignored;
-    if (entry.is_directory(ignored) && fs::exists(entry.path() / kManifestName, ignored))
-      at.disable_recursion_pending();
     const std::string ending = lower(entry.path().extension().string());
-    if (entry.is_regular_file(ignored) &&
-        std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end())
-      files.push_back(entry.path());
-    const fs::path last = entry.path();
-    at.increment(code);
-    if (code) throw InputError(last.string() + ": expected a folder that can be read: " + code.message());
-  }
+    if (entry.is_regular_file(ignored) && std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end()) files.push_back(entry.path());
+    return !(entry.is_directory(ignored) && fs::exists(entry.path() / kManifestName, ignored));
+  });
   std::sort(files.begin(), files.end());
   return files;
 }

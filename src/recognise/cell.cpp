@@ -12,6 +12,7 @@
 #include <torch/csrc/jit/serialization/pickle.h>
 #include <torch/types.h>
 
+#include "sarnerf/core/error.h"
 #include "sarnerf/recognise/cell.h"
 
 namespace sarnerf {
@@ -94,18 +95,25 @@ namespace {
 
 using Dictionary = c10::impl::GenericDict;
 
-constexpr const char* kFormat = "sarnerf-draw-4";
+constexpr const char* kFormat = "sarnerf-draw-5";
+
+/// Of all bits of the chips: LibTorch's reader does not look whether bytes of an archive have changed.
+std::int64_t sum_of(const LabelledChips& chips) {
+  return chips.size() > 0 ? chips.amplitude.contiguous().view(torch::kInt32).sum().item<std::int64_t>() + chips.label.sum().item<std::int64_t>() : 0;
+}
 
 void put(Dictionary& file, const std::string& name, const LabelledChips& chips) {
   const bool any = chips.size() > 0;
   file.insert(name + ".amplitude", any ? chips.amplitude.contiguous() : torch::empty({0, 0, 0}));
   file.insert(name + ".label", any ? chips.label.contiguous() : torch::empty({0}, torch::kInt64));
+  file.insert(name + ".sum", sum_of(chips));
 }
 
 LabelledChips chips_of(const Dictionary& file, const std::string& name) {
   LabelledChips chips{file.at(name + ".amplitude").toTensor(), file.at(name + ".label").toTensor()};
   if (chips.amplitude.dim() != 3 || chips.amplitude.scalar_type() != torch::kFloat32 || chips.label.dim() != 1 ||
-      chips.label.scalar_type() != torch::kInt64 || chips.label.size(0) != chips.amplitude.size(0))
+      chips.label.scalar_type() != torch::kInt64 || chips.label.size(0) != chips.amplitude.size(0) ||
+      sum_of(chips) != file.at(name + ".sum").toInt())
     throw std::runtime_error("chips");
   return chips.size() > 0 ? chips : LabelledChips{};
 }
@@ -160,18 +168,12 @@ void write_draw_file(const std::string& path, const DrawFile& draw) {
   }
   file.insert("arms", lines(arms));
   const std::vector<char> bytes = torch::jit::pickle_save(file);
-  const std::string part = path + ".part";
-  std::ofstream out(part, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  std::error_code renamed;
-  if (out) std::filesystem::rename(part, path, renamed);
-  if (!out || renamed) throw std::runtime_error(path + ": cannot be written; is the disk full?");
+  write_when_complete(path, {bytes.data(), bytes.size()});
 }
 
 DrawFile read_draw_file(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw std::runtime_error(path + ": expected a file of a draw of shots (sar_fewshot --export-draws), found none");
+  if (!in) throw InputError(path + ": expected a file of a draw of shots (sar_fewshot --export-draws), found none");
   const std::vector<char> bytes((std::istreambuf_iterator<char>(in)), {});
   try {
     const Dictionary file = torch::jit::pickle_load(bytes).toGenericDict();
@@ -193,9 +195,21 @@ DrawFile read_draw_file(const std::string& path) {
       if (!has_labels_of(*chips, static_cast<std::int64_t>(draw.classes.size()))) throw std::runtime_error("labels");
     return draw;
   } catch (const std::exception&) {
-    throw std::runtime_error(path + ": is not a file of a draw of shots (sar_fewshot --export-draws of this version), or is damaged (" +
-                             std::to_string(bytes.size()) + " bytes)");
+    throw InputError(path + ": is not a file of a draw of shots (sar_fewshot --export-draws of this version), or is damaged (" +
+                     std::to_string(bytes.size()) + " bytes)");
   }
+}
+
+void write_when_complete(const std::string& path, std::string_view bytes) {
+  const std::string part = path + ".part";
+  std::ofstream out(part, std::ios::binary);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  std::error_code code, ignored;
+  if (out) std::filesystem::rename(part, path, code);
+  if (out && !code) return;
+  std::filesystem::remove(part, ignored);
+  throw Error(path + ": cannot be written; is the folder there and writable, or the disk full?");
 }
 
 }  // namespace sarnerf

@@ -11,6 +11,7 @@
 #include <torch/utils.h>
 
 #include "networks.h"
+#include "sarnerf/core/error.h"
 
 namespace sarnerf {
 
@@ -159,7 +160,7 @@ torch::Tensor network_scores(Classifier classifier, const TrainingChips& trainin
   for (const torch::Tensor& part : test_amplitude.split(kPart))
     scores.push_back(torch::log_softmax(net->forward(normalised_crops(part, side).unsqueeze(1).to(o.device)), 1).cpu());
   const torch::Tensor all = torch::cat(scores);
-  if (!torch::isfinite(all).all().item<bool>()) throw std::runtime_error("the network diverged: its scores are not finite; choose a lower rate");
+  if (!torch::isfinite(all).all().item<bool>()) throw NumericsError("the network diverged: its scores are not finite; choose a lower rate");
   return all;
 }
 

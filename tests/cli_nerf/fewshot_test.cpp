@@ -93,7 +93,7 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   INFO(done.err);
   REQUIRE(done.code == 0);
   CHECK(fs::last_write_time(chips / "study/cells/a-convnet_none_04_00.json") == first);
-  for (const char* file : {"report.md", "report.html", "a-convnet.png", "pictures/cuboid.png", "generated/04_01.pt"})
+  for (const char* file : {"report.md", "report.html", "a-convnet.png", "pictures/cuboid.png", "generated/04_01_cuboid.pt"})
     CHECK(fs::exists(chips / "study" / file));
   CHECK(has(done.out, "learned − turned"));
   CHECK(has(done.out, "four corners"));
@@ -109,13 +109,19 @@ TEST_CASE("a study of simulated chips has its tables, pictures and cells, contin
   }
   CHECK(nearest > 0.6);  // chance is 0.33
 
+  // A kept field that was damaged is learned again.
+  std::ofstream(chips / "study/generated/04_00_cuboid.pt") << "no archive";
+  fs::remove(chips / "study/cells/nearest_learned_04_00.json");
   const Outcome again = chips.run({});
   CHECK(again.code == 0);
   CHECK(again.out == done.out);
   // Pictures show the arms that are asked for.
   const auto picture = fs::file_size(chips / "study/pictures/cuboid.png");
   CHECK(chips.run({{"--arms", "none,turned"}}).code == 0);
-  CHECK(fs::file_size(chips / "study/pictures/cuboid.png") < picture);
+  const auto smaller = fs::file_size(chips / "study/pictures/cuboid.png");
+  CHECK(smaller < picture);
+  CHECK(chips.run({{"--arms", "none"}}).code == 0);  // has no generated chips to show, and leaves the pictures alone
+  CHECK(fs::file_size(chips / "study/pictures/cuboid.png") == smaller);
 
   // Other fields leave the cells of arms without one valid.
   REQUIRE(chips.run({{"--field-steps", "11"}, {"--speckle", "off"}, {"--draws", "1"}, {"--classifiers", "nearest"}, {"--output", "fields"}}).code == 0);
@@ -172,8 +178,8 @@ TEST_CASE("what a study cannot mean is refused before anything is written", "[fe
 
 TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells of them", "[fewshot]") {
   const ThreeClasses chips;
-  REQUIRE(chips.run({{"--classifiers", "nearest"}, {"--draws", "1"}}).code == 0);
-  const std::map<std::string, std::string> both{{"--export", "exported"}, {"--export-draws", "draws"}, {"--draws", "1"}};
+  REQUIRE(chips.run({{"--classifiers", "nearest"}, {"--draws", "1"}, {"--exchange-clutter", ""}}).code == 0);
+  const std::map<std::string, std::string> both{{"--export", "exported"}, {"--export-draws", "draws"}, {"--draws", "1"}, {"--exchange-clutter", ""}};
   const Outcome exported = chips.run(both);
   INFO(exported.err);
   REQUIRE(exported.code == 0);
@@ -203,17 +209,78 @@ TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells 
   const Outcome elsewhere = recognise(arguments);
   INFO(elsewhere.err);
   REQUIRE(elsewhere.code == 0);
-  CHECK(chips.json("cells/nearest_learned_04_00.json").at("confusion") == chips.json("study/cells/nearest_learned_04_00.json").at("confusion"));
+  for (const char* part : {"confusion", "confusion_within", "confusion_across"})
+    CHECK(chips.json("cells/nearest_learned_04_00.json").at(part) == chips.json("study/cells/nearest_learned_04_00.json").at(part));
   fs::copy_file(chips / "cells/a-convnet_learned_04_00.json", chips / "study/cells/a-convnet_learned_04_00.json");
-  CHECK(chips.run({{"--draws", "1"}}).code == 0);
+  chips.edit("study/cells/a-convnet_learned_04_00.json", "\"device\": \"cpu", "\"device\": \"cuda");
+  const Outcome joined = chips.run({{"--draws", "1"}, {"--exchange-clutter", ""}});
+  CHECK(joined.code == 0);
+  CHECK(has(joined.out, "Trained on different devices"));
   CHECK(recognise(arguments).out.empty());  // nothing is made again
+  // A cell that was cut off while it was copied, and one of another study: found before a training.
+  fs::remove(chips / "cells/a-convnet_learned_04_00.json");
+  const std::string whole = read_text(chips / "cells/nearest_learned_04_00.json");
+  std::ofstream(chips / "cells/nearest_learned_04_00.json") << whole.substr(0, whole.find("\"confusion_across"));
+  CHECK(recognise(arguments).is_error("a part of one"));
+  std::ofstream(chips / "cells/nearest_learned_04_00.json") << whole;
   chips.edit("cells/nearest_learned_04_00.json", "\"study\": \"", "\"study\": \"0");
-  CHECK(recognise(arguments).is_error("other chips or options"));
-  CHECK(recognise({"draws/04_00.pt", "--arm", "lerned"}).code == 1);
+  const Outcome foreign = recognise({"draws/04_00.pt", "--classifier", "a-convnet", "--classifier", "nearest", "--arm", "learned"});
+  CHECK(foreign.code == 3);
+  CHECK(foreign.is_error("other chips or options"));
+  CHECK_FALSE(fs::exists(chips / "cells/a-convnet_learned_04_00.json"));
+  const Outcome no_arm = recognise({"draws/04_00.pt", "--arm", "lerned"});
+  CHECK(no_arm.code == 2);
+  CHECK(no_arm.is_error("lerned"));
+  std::ofstream(chips / "a_file") << "";
+  CHECK(recognise({"draws/04_00.pt", "-o", "a_file"}).code == 1);
+  CHECK(recognise({"study/report.json"}).code == 3);
   CHECK(recognise({"study/report.json"}).is_error("is not a file of a draw of shots"));
   CHECK(recognise({"draws/04_00.pt", "study/report.json", "-o", "early"}).is_error("is not a file of a draw of shots"));
   CHECK_FALSE(fs::exists(chips / "early"));  // found before the first training
   CHECK(recognise({"draws/04_00.pt", "--classifier", "resnet"}).code == 2);
+}
+
+TEST_CASE("chips that are there twice, datasets without a class, and a table with other spacings are refused", "[fewshot]") {
+  const ThreeClasses chips;
+  fs::copy(chips / "chips/cuboid/17", chips / "chips/cuboid/again", fs::copy_options::recursive);
+  const Outcome twice = chips.run({});
+  CHECK(twice.code == 3);
+  CHECK(twice.is_error("expected each chip once"));
+  const Outcome no_class = run_program(SAR_FEWSHOT, {"chips/cuboid/17", "--output", "study"}, {chips.path()});
+  CHECK(no_class.code == 3);
+  CHECK(no_class.is_error("named after its class"));
+  CHECK_FALSE(fs::exists(chips / "study"));
+  fs::remove_all(chips / "chips/cuboid/again");
+
+  const auto with_spacings = [&](const std::string& spacings) {
+    std::string table = "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m\n";
+    for (const char* name : {"cuboid", "l_building"})
+      for (const char* depression : {"17", "15"}) {
+        const std::string folder = std::string(name) + "/" + depression;
+        const Json dataset = chips.json("chips/" + folder + "/dataset.json");
+        for (const Json& view : dataset.at("views"))
+          table += folder + "/" + view.at("image").get<std::string>() + "," + name + "," + std::to_string(view.at("azimuth_deg").get<double>()) + "," +
+                   depression + "," + spacings + "\n";
+      }
+    std::ofstream(chips / "table.csv") << table;
+    return chips.run({{"--csv", "table.csv"}, {"--amplitude-scale", "1"}, {"--arms", "none"}, {"--classifiers", "nearest"}, {"--draws", "1"}});
+  };
+  CHECK(with_spacings("0.2,0.21").code == 0);
+  const Outcome swapped = with_spacings("0.21,0.2");
+  CHECK(swapped.code == 2);
+  CHECK(swapped.is_error("geometry"));
+}
+
+TEST_CASE("a quick look has four classes, three arms and one draw, and keeps what is given", "[fewshot]") {
+  const ThreeClasses chips;
+  const Outcome quick = run_program(SAR_FEWSHOT, {"chips", "--quick", "--steps", "2", "--batch", "4", "--field-steps", "2", "--step", "10", "--output", "quick"},
+                                    {chips.path()});
+  INFO(quick.err);
+  REQUIRE(quick.code == 0);
+  const Json report = chips.json("quick/report.json");
+  CHECK(report.at("cells").size() == 3 + 3 + 1);
+  CHECK(report.at("request").at("classifiers").at("steps") == 2);
+  CHECK(report.at("request").at("generated").at("learned").at("steps") == 2);
 }
 
 TEST_CASE("shots of all classes lie at the same azimuths if that is asked for", "[fewshot]") {

@@ -7,6 +7,8 @@
 #include <unistd.h>
 
 #include <cstring>
+#include <filesystem>
+#include <set>
 #include <string>
 
 #include "catch.h"
@@ -124,4 +126,20 @@ TEST_CASE("JSON may be nested to a limit, brackets in texts do not count") {
   const std::string message = refusal([&] { require_shallow_json("\n" + nested(kDeepestJson + 1), "a.json"); });
   CHECK(message.starts_with("a.json:2: "));
   CHECK(message.find(std::to_string(kDeepestJson)) != std::string::npos);
+}
+
+TEST_CASE("a walk visits all that lies below a folder, and enters what it is let into", "[core]") {
+  const ScratchFolder folder;
+  std::filesystem::create_directories(folder / "a/b");
+  std::filesystem::create_directories(folder / "closed/within");
+  write_file_atomically(folder / "a/b/file", "text");
+  std::set<std::string> found;
+  walk_folder(folder.path(), [&](const std::filesystem::directory_entry& entry) {
+    found.insert(entry.path().filename().string());
+    return entry.path().filename() != "closed";
+  });
+  CHECK(found == std::set<std::string>{"a", "b", "file", "closed"});
+  const auto anything = [](const std::filesystem::directory_entry&) { return true; };
+  CHECK(refusal([&] { walk_folder(folder / "none", anything); }).find("none: expected a folder that can be read: ") != std::string::npos);
+  CHECK(refusal([&] { walk_folder(folder / "a/b/file", anything); }).find("Not a directory") != std::string::npos);
 }

@@ -11,7 +11,7 @@ allowed() {
     core) ;;
     geometry | field) echo core ;;
     formation) echo core geometry ;;
-    recognise) ;;
+    recognise) echo core ;;
     mpa) echo core geometry field ;;
     dataset) echo core geometry ;;
     evaluation) echo core geometry dataset ;;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarnerf/recognise/classifier.h"
 
+#include <fstream>
+#include <iterator>
+#include <string>
 #include <stdexcept>
 #include <vector>
 
@@ -8,6 +11,7 @@
 
 #include "../nerf/torch_catch.h"
 #include "networks.h"
+#include "sarnerf/core/error.h"
 #include "sarnerf/recognise/cell.h"
 #include "scratch_folder.h"
 
@@ -127,7 +131,7 @@ TEST_CASE("generated chips are learned from: here the shots of one class are mis
 
 TEST_CASE("a draw's file keeps everything that classifiers learn from", "[recognise]") {
   const ScratchFolder folder;
-  DrawFile draw{{"a", "b", "c"}, 4, 7, {}, shapes(1, 8), {shapes(2, 9), shapes(1, 10), {}}, {{"learned", {shapes(3, 11), "of learned"}}, {"none", {{}, "of none"}}}};
+  DrawFile draw{{"a", "b", "c"}, 4, 7, {}, shapes(1, 8), {shapes(2, 9), shapes(1, 10), shapes(1, 12)}, {{"learned", {shapes(3, 11), "of learned"}}, {"none", {{}, "of none"}}}};
   draw.options = {11, 12, 0.13, 0.14, 0.15, 6, 0.17, 0.18, 19, torch::kCPU};
   write_draw_file((folder / "draw.pt").string(), draw);
   const DrawFile read = read_draw_file((folder / "draw.pt").string());
@@ -151,7 +155,26 @@ TEST_CASE("a draw's file keeps everything that classifiers learn from", "[recogn
   // A test chip of a class that the file does not have.
   draw.classes.pop_back();
   write_draw_file((folder / "damaged.pt").string(), draw);
-  CHECK_THROWS_AS(read_draw_file((folder / "damaged.pt").string()), std::runtime_error);
+  CHECK_THROWS_AS(read_draw_file((folder / "damaged.pt").string()), InputError);
+}
+
+TEST_CASE("a draw's file of which a bit has changed is refused", "[recognise]") {
+  const ScratchFolder folder;
+  const std::string path = (folder / "draw.pt").string();
+  write_draw_file(path, {{"a", "b", "c"}, 4, 7, {}, shapes(1, 8), {shapes(2, 9), {}, {}}, {{"none", {{}, "of none"}}}});
+  const LabelledChips whole = read_draw_file(path).test.measured;
+  std::string bytes;
+  {
+    std::ifstream in(path, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  // A mantissa of a test chip: its value stays finite.
+  const float* first = whole.amplitude.data_ptr<float>();
+  const std::size_t at = bytes.find(std::string(reinterpret_cast<const char*>(first), 64));
+  REQUIRE(at != std::string::npos);
+  bytes[at] = static_cast<char>(bytes[at] ^ 1);
+  std::ofstream(path, std::ios::binary) << bytes;
+  CHECK_THROWS_WITH(read_draw_file(path), ContainsSubstring("is damaged"));
 }
 
 TEST_CASE("a cell has the answers on all test chips, and names its device", "[recognise]") {
@@ -163,6 +186,13 @@ TEST_CASE("a cell has the answers on all test chips, and names its device", "[re
   CHECK(accuracy(cell.confusion) > 0.9);
   CHECK(cell.within == cell.confusion);
   CHECK(cell.across.empty());
+  // Each part has its own answers: here the chips of other classes, and half as many.
+  const LabelledChips fewer = shapes(3, 14), others{fewer.amplitude, (fewer.label + 1).remainder(3)};
+  make_cell(cell, {training, {}}, {test, others, fewer}, 3, o);
+  CHECK(accuracy(cell.confusion) > 0.9);
+  CHECK(accuracy(cell.within) < 0.1);
+  CHECK(accuracy(cell.across) > 0.9);
+  CHECK(cell.across[0][0] + cell.across[0][1] + cell.across[0][2] == 3);
   CHECK(cell.device.starts_with("cpu, "));
   CHECK((has_cell(Classifier::background, "none") && !has_cell(Classifier::background, "turned")));
   CHECK((is_network(Classifier::resnet50) && !is_network(Classifier::nearest_neighbour)));
@@ -179,6 +209,38 @@ TEST_CASE("the background tells classes apart only if their clutter differs", "[
   const torch::Tensor scores = classify(Classifier::background, {with_smooth_clutter(training), {}},
                                         with_smooth_clutter(test).amplitude, 3, o);
   CHECK(scores.argmax(1).eq(0).eq(test.label.eq(0)).to(torch::kFloat64).mean().item<double>() > 0.95);
+}
+
+TEST_CASE("patches of speckle are told apart by their response, and not if there is no difference", "[recognise]") {
+  torch::manual_seed(15);
+  const auto patches = [](int n, int width) {  // amplitude of one-look speckle; power is averaged over so many pixels, as a wider response does
+    const torch::Tensor power = torch::rand({n, 1, 23 + width, 23 + width}).clamp_min(1e-6).log().neg();
+    return torch::avg_pool2d(power, width, 1).squeeze(1).sqrt();
+  };
+  const auto kinds = [&](int n, int width) {
+    return LabelledChips{torch::cat({patches(n, 1), patches(n, width)}), torch::cat({torch::zeros({n}, torch::kInt64), torch::ones({n}, torch::kInt64)})};
+  };
+  ClassifierOptions o;
+  o.n_steps = 60;
+  o.batch = 32;
+  o.rate = 4e-3;
+  o.shift_pixels = 0;
+  const auto correct = [&](int width) {
+    const LabelledChips test = kinds(100, width);
+    return accuracy(classify(Classifier::texture, {kinds(100, width), {}}, test.amplitude, 2, o), test.label);
+  };
+  CHECK(correct(2) > 0.9);
+  CHECK(correct(1) == Approx(0.5).margin(0.12));  // 200 patches: a standard deviation of 0.035
+}
+
+TEST_CASE("ResNet-50 is trained like the other networks, and a network that diverges is an error", "[recognise]") {
+  const TrainingChips training{shapes(2, 16), {}};
+  ClassifierOptions o;
+  o.n_steps = 2;
+  o.batch = 4;
+  CHECK(classify(Classifier::resnet50, training, shapes(1, 17).amplitude, 3, o).sizes() == torch::IntArrayRef({3, 3}));
+  o.rate = 1e30;
+  CHECK_THROWS_AS(classify(Classifier::a_convnet, training, training.shots.amplitude, 3, o), NumericsError);
 }
 
 TEST_CASE("chips that are too small, and labels without a class, are refused", "[recognise]") {

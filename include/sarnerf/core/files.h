@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -75,6 +76,10 @@ namespace sarnerf {
 
 /// Size in bytes. Throws InputError, in one line, for a path that is missing, not a regular file, or not accessible.
 std::uint64_t regular_file_size(const std::filesystem::path& path);
+
+/// Calls visit(entry) for everything below a folder; a subfolder for which it returns false is not entered. The order is the file system's.
+/// Throws InputError, in one line, for a folder that cannot be read.
+void walk_folder(const std::filesystem::path& folder, const std::function<bool(const std::filesystem::directory_entry&)>& visit);
 
 /// The whole content; the file may be empty. Throws InputError as regular_file_size() does, and for a file
 /// that cannot be opened or that ends early.

@@ -67,9 +67,13 @@ struct DrawFile {
   std::map<std::string, Generated> generated;  ///< by arm
 };
 
-/// A pickled dictionary of tensors, numbers and texts, which Python's torch.load() reads too. The device is not kept. The file appears
-/// when it is complete. Throws std::runtime_error for a file that cannot be written, is something else, or is of another kTrainingMethod.
+/// A pickled dictionary of tensors, their sums, numbers and texts, which Python's torch.load() reads too. The device is not kept. The file appears
+/// when it is complete. Throws Error for a file that cannot be written, and InputError for one that is missing, is something else, is of another
+/// kTrainingMethod, or whose chips have changed since it was written.
 void write_draw_file(const std::string& path, const DrawFile& draw);
 DrawFile read_draw_file(const std::string& path);
+
+/// Writes a file that appears when it is complete: an interrupted program leaves no half of it. Throws Error if that is impossible.
+void write_when_complete(const std::string& path, std::string_view bytes);
 
 }  // namespace sarnerf

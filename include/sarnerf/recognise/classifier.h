@@ -9,8 +9,7 @@
 
 /// Classifiers of SAR chips, learned from a few measured chips of each class and views that were generated from them.
 ///
-/// This module uses LibTorch alone: not the rest of the project, so that it can be built where there is nothing else
-/// (apps/sar_recognise).
+/// This module uses LibTorch and core/error.h alone, so that it can be built where there is nothing else (apps/sar_recognise).
 namespace sarnerf {
 
 /// Chips of one size and their classes.
@@ -50,7 +49,7 @@ std::string_view name(Classifier classifier);
 /// Side of the square that a classifier looks at (pixels), the same for all chips.
 int crop_pixels(Classifier classifier);
 
-/// Raised whenever the same chips and options would give other networks. Cells of a study have one.
+/// Raised whenever the same chips and options would give other networks. All cells of a study have the same.
 inline constexpr int kTrainingMethod = 1;
 
 /// How networks are trained. Every arm of a study has the same.
@@ -84,7 +83,7 @@ using ProgressReport = std::function<void(int done, int total)>;
 /// The same device, instruction set and number of threads repeat a training exactly. Others round sums differently, which grows to about a point of
 /// accuracy; on a GPU the dropout of the A-ConvNet also takes other random numbers, so that its batches differ from those of a CPU.
 ///
-/// Throws std::runtime_error if a network diverges, and std::invalid_argument for chips smaller than crop and shifts need, and for labels outside [0, n_classes).
+/// Throws NumericsError if a network diverges, and std::invalid_argument for chips smaller than crop and shifts need, and for labels outside [0, n_classes).
 /// Cost of a step with a batch of 64 on two cores: A-ConvNet 0.12 s, ResNet-50 1 s. Nearest neighbour: training × test × 2304
 /// multiplications.
 torch::Tensor classify(Classifier classifier, const TrainingChips& training, const torch::Tensor& test_amplitude, int n_classes,

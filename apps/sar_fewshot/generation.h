@@ -1,10 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "study.h"
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <vector>
 
-/// The views of which the chips of arms are made: without a field in views.cpp, of fields in fields.cpp.
+#include "chips.h"
+
+/// The chips that arms add to the shots (generation.cpp), and the views of which they are made: without a field in views.cpp, of fields in
+/// fields.cpp.
 namespace sarnerf::app {
+
+/// No more chips than so many does an arm generate in a draw. An estimate for memory, in which all views lie within the reach.
+std::size_t most_generated(Arm arm, const Draw& draw, const GenerationOptions& options);
+
+/// Chips of an arm beside the draw's shots; none for Arm::none. Views divide each gap between neighbouring shots evenly, in steps of about
+/// `step_deg`, and lie at most `reach_deg` from the nearer shot.
+LabelledChips generated_chips(Arm arm, const std::vector<ClassChips>& chips, const Draw& draw, const Options& options,
+                              const std::filesystem::path& cache, const Monitor& monitor);
 
 /// A view to generate, the shot nearest to it, and the one on the other side of it.
 struct WantedView {
@@ -44,7 +60,8 @@ struct LearnedMeans {
   LabelledChips wanted, of_shots;
 };
 
-/// From a file in `cache`, which is written if there is none of this study: fields take long.
+/// From files in `cache`, one of each class, which are written if there are none of this study: a field takes seconds to minutes. The
+/// same chips, options, processor and number of threads repeat it exactly. Throws Interrupted, and Error for a file that cannot be written.
 LearnedMeans learned_means(const std::vector<ClassChips>& chips, const Draw& draw, const Options& options, const std::filesystem::path& cache,
                            const Monitor& monitor);
 
