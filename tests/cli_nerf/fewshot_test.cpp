@@ -57,6 +57,20 @@ class ThreeClasses : public ScratchFolder {
 
   Json json(const std::string& file) const { return json_of(path() / file); }
 
+  /// A table of the chips of these classes, with "azimuth,range" spacings (m).
+  std::string table_of(const std::vector<std::string>& classes, const std::string& spacings_m) const {
+    std::string table = "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m\n";
+    for (const std::string& name : classes)
+      for (const std::string depression : {"17", "15"}) {
+        const std::string folder = name + "/" + depression;
+        const Json dataset = json("chips/" + folder + "/dataset.json");
+        for (const Json& view : dataset.at("views"))
+          table += folder + "/" + view.at("image").get<std::string>() + "," + name + "," + std::to_string(view.at("azimuth_deg").get<double>()) + "," +
+                   depression + "," + spacings_m + "\n";
+      }
+    return table;
+  }
+
   /// Replaces a piece of a text file.
   void edit(const std::string& file, const std::string& piece, const std::string& instead) const {
     std::string text = read_text(path() / file);
@@ -253,16 +267,7 @@ TEST_CASE("chips that are there twice, datasets without a class, and a table wit
   fs::remove_all(chips / "chips/cuboid/again");
 
   const auto with_spacings = [&](const std::string& spacings) {
-    std::string table = "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m\n";
-    for (const char* name : {"cuboid", "l_building"})
-      for (const char* depression : {"17", "15"}) {
-        const std::string folder = std::string(name) + "/" + depression;
-        const Json dataset = chips.json("chips/" + folder + "/dataset.json");
-        for (const Json& view : dataset.at("views"))
-          table += folder + "/" + view.at("image").get<std::string>() + "," + name + "," + std::to_string(view.at("azimuth_deg").get<double>()) + "," +
-                   depression + "," + spacings + "\n";
-      }
-    std::ofstream(chips / "table.csv") << table;
+    std::ofstream(chips / "table.csv") << chips.table_of({"cuboid", "l_building"}, spacings);
     return chips.run({{"--csv", "table.csv"}, {"--amplitude-scale", "1"}, {"--arms", "none"}, {"--classifiers", "nearest"}, {"--draws", "1"}});
   };
   CHECK(with_spacings("0.2,0.21").code == 0);
@@ -489,16 +494,7 @@ TEST_CASE("chips of several sizes are cut to the smallest", "[fewshot]") {
 
 TEST_CASE("images that a table lists are studied like datasets", "[fewshot]") {
   const ThreeClasses chips;
-  std::string table = "file,class,azimuth_deg,depression_deg,azimuth_spacing_m,range_spacing_m\n";
-  for (const char* name : {"cuboid", "platform_upright", "l_building"})
-    for (const char* depression : {"17", "15"}) {
-      const std::string folder = std::string(name) + "/" + depression;
-      const Json dataset = chips.json("chips/" + folder + "/dataset.json");
-      for (const Json& view : dataset.at("views")) {
-        table += folder + "/" + view.at("image").get<std::string>() + "," + name + "," + std::to_string(view.at("azimuth_deg").get<double>()) +
-                 "," + depression + ",0.2,0.2\n";
-      }
-    }
+  std::string table = chips.table_of({"cuboid", "platform_upright", "l_building"}, "0.2,0.2");
   const std::string first = chips.json("chips/cuboid/17/dataset.json").at("views")[0].at("image");
   fs::copy_file(chips / ("chips/cuboid/17/" + first), chips / "chips/other.tif");
   table += "other.tif,cuboid,0,30,0.2,0.2\n";
