@@ -5,6 +5,7 @@
 #include "clutter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -281,19 +282,11 @@ std::string ground_text(const std::vector<ClassChips>& chips, const Monitor& mon
 
 namespace {
 
-/// The four corners of every chip, 24 × 24 pixels: the background around the target.
-torch::Tensor corners(const torch::Tensor& amplitude) {
-  const int side = crop_pixels(Classifier::texture);
-  const std::int64_t last_row = amplitude.size(1) - side, last_column = amplitude.size(2) - side;
-  std::vector<torch::Tensor> all;
-  for (const std::int64_t row : {std::int64_t{0}, last_row})
-    for (const std::int64_t column : {std::int64_t{0}, last_column}) all.push_back(amplitude.narrow(1, row, side).narrow(2, column, side));
-  return torch::cat(all);
-}
-
 /// The corners of the chips of every second class.
 torch::Tensor corners_of_classes(const LabelledChips& chips, std::int64_t remainder) {
-  return corners(chips.amplitude.index_select(0, torch::nonzero(chips.label.remainder(2) == remainder).flatten()));
+  const auto corners = corners_of(chips.amplitude.index_select(0, torch::nonzero(chips.label.remainder(2) == remainder).flatten()),
+                                  crop_pixels(Classifier::texture));
+  return torch::cat({corners.begin(), corners.end()});
 }
 
 /// Two kinds of patches, 0 and 1, as many of each.
@@ -326,10 +319,63 @@ ToldApart told_apart(const LabelledChips& a, const LabelledChips& b, const Class
   return {(scores.argmax(1) == test.label).to(torch::kDouble).mean().item<double>(), test.size()};
 }
 
-ClutterStatistics statistics_of(const LabelledChips& chips, const char* which) {
-  const auto statistics = clutter_statistics(powers_of(chips));
+/// What the background of two kinds of chips is compared in.
+constexpr std::size_t kCompared = 1 + 2 * std::size_t{ClutterStatistics::kLags};
+using BackgroundNumbers = std::array<double, kCompared>;
+
+std::array<std::string, kCompared> names_of_background_numbers() {
+  std::array<std::string, kCompared> names{"looks (mean² / variance)"};
+  for (std::size_t lag = 1; lag <= ClutterStatistics::kLags; ++lag) {
+    names[2 * lag - 1] = format("autocorrelation, %zu along track", lag);
+    names[2 * lag] = format("autocorrelation, %zu in range", lag);
+  }
+  return names;
+}
+
+/// Of all chips but those of one class (none for -1).
+BackgroundNumbers background_numbers(const LabelledChips& chips, std::int64_t without, const char* which) {
+  const auto statistics = clutter_statistics(powers_of(
+      {chips.amplitude.index_select(0, torch::nonzero(chips.label != without).flatten()), {}}));
   if (!statistics) throw InputError(format("%s chips: expected a background around the target, found none", which));
-  return *statistics;
+  BackgroundNumbers numbers{statistics->looks};
+  for (std::size_t lag = 1; lag <= ClutterStatistics::kLags; ++lag) {
+    numbers[2 * lag - 1] = statistics->azimuth[lag - 1];
+    numbers[2 * lag] = statistics->range[lag - 1];
+  }
+  return numbers;
+}
+
+/// Statistics of measured and of generated background, and the standard errors of their differences by the jackknife: each class is left out
+/// once (Efron 1982). Chips of one class share a ground, and learned views the clutter of a few shots, so that chips are no independent samples.
+std::string table_of_backgrounds(const LabelledChips& measured, const LabelledChips& learned, std::size_t n_classes) {
+  constexpr std::size_t kFewestClasses = 3;
+  const auto both_without = [&](std::int64_t without) {
+    return std::pair{background_numbers(measured, without, "measured"), background_numbers(learned, without, "generated")};
+  };
+  const auto [x, y] = both_without(-1);
+  std::vector<BackgroundNumbers> differences(n_classes >= kFewestClasses ? n_classes : 0);
+  parallel_for(differences.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t c = begin; c < end; ++c) {
+      const auto [a, b] = both_without(static_cast<std::int64_t>(c));
+      for (std::size_t k = 0; k < kCompared; ++k) differences[c][k] = b[k] - a[k];
+    }
+  });
+  const auto standard_error = [&](std::size_t k) {
+    const auto n = static_cast<double>(differences.size());
+    double mean = 0.0, squares = 0.0;
+    for (const BackgroundNumbers& d : differences) mean += d[k] / n;
+    for (const BackgroundNumbers& d : differences) squares += (d[k] - mean) * (d[k] - mean);
+    return std::sqrt(squares * (n - 1.0) / n);
+  };
+  const auto names = names_of_background_numbers();
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t k = 0; k < kCompared; ++k)
+    rows.push_back({names[k], format("%.4f", x[k]), format("%.4f", y[k]),
+                    format("%+.4f", y[k] - x[k]) + (differences.empty() ? "" : format(" ± %.4f", standard_error(k))),
+                    x[k] != 0.0 ? format("%+.1f %%", 100.0 * (y[k] - x[k]) / std::abs(x[k])) : "–"});
+  return markdown_table({{"background"}, {"measured", Align::right}, {"generated", Align::right}, {"difference", Align::right}, {"of measured", Align::right}},
+                        rows) +
+         (differences.empty() ? "" : "\n± one standard error: each class left out once (jackknife).\n");
 }
 
 }  // namespace
@@ -343,22 +389,11 @@ std::string clutter_text(const Options& o, const std::vector<ClassChips>& chips,
   doubled.generation.n_backgrounds = 2;
   const LabelledChips learned = generated_chips(Arm::learned, chips, draw, o, cache, monitor),
                       learned_twice_the_looks = generated_chips(Arm::learned, chips, draw, doubled, cache, monitor);
-  const ClutterStatistics a = statistics_of(measured, "measured"), b = statistics_of(learned, "generated");
-
-  std::vector<std::vector<std::string>> rows;
-  const auto add = [&](const std::string& what, double x, double y) {
-    rows.push_back({what, format("%.3f", x), format("%.3f", y), std::abs(x) < 0.05 ? "" : format("%+.0f %%", 100.0 * (y / x - 1.0))});
-  };
-  add("looks (mean² / variance)", a.looks, b.looks);
-  for (std::size_t lag = 0; lag < ClutterStatistics::kLags; ++lag) {
-    add(format("autocorrelation, %zu along track", lag + 1), a.azimuth[lag], b.azimuth[lag]);
-    add(format("autocorrelation, %zu in range", lag + 1), a.range[lag], b.range[lag]);
-  }
   const ToldApart kinds = told_apart(measured, learned, o.training, monitor),
                   looks = told_apart(learned, learned_twice_the_looks, o.training, monitor);
   return format("# Background of measured and of generated chips\n\n%lld chips of either kind, %d shots of each class\n\n",
                 static_cast<long long>(std::min(measured.size(), learned.size())), draw.n_shots) +
-         markdown_table({{"background"}, {"measured", Align::right}, {"generated", Align::right}, {"difference", Align::right}}, rows) +
+         table_of_backgrounds(measured, learned, chips.size()) +
          format("\nA network that learned on every second class tells corners of 24 × 24 pixels of the others apart:\n"
                 "measured from generated: %.1f %% of %lld (50 %% is chance)\n"
                 "the looks of generated chips from twice as many: %.1f %% of %lld\n",

@@ -35,6 +35,12 @@ int crop_pixels(Classifier classifier) {
   }
 }
 
+std::array<torch::Tensor, 4> corners_of(const torch::Tensor& chips, int side) {
+  const std::int64_t last_row = chips.size(1) - side, last_column = chips.size(2) - side;
+  const auto corner = [&](std::int64_t row, std::int64_t column) { return chips.narrow(1, row, side).narrow(2, column, side); };
+  return {corner(0, 0), corner(0, last_column), corner(last_row, 0), corner(last_row, last_column)};
+}
+
 namespace {
 
 /// So many test chips are asked about at once: of thousands of chips, convolutions would take gigabytes.
@@ -209,17 +215,15 @@ torch::Tensor corner_features(const torch::Tensor& amplitude) {
   constexpr int kCorner = 24;
   const torch::Tensor chips = normalised_crops(amplitude, crop_pixels(Classifier::background));
   std::vector<torch::Tensor> features;
-  for (const std::int64_t row : {std::int64_t(0), chips.size(1) - kCorner})
-    for (const std::int64_t column : {std::int64_t(0), chips.size(2) - kCorner}) {
-      const torch::Tensor corner = chips.narrow(1, row, kCorner).narrow(2, column, kCorner);
-      const torch::Tensor centred = corner - corner.mean({1, 2}, true);
-      const auto product = [&](int axis) {
-        return (centred.narrow(axis, 0, kCorner - 1) * centred.narrow(axis, 1, kCorner - 1)).mean({1, 2});
-      };
-      const torch::Tensor variance = centred.square().mean({1, 2});
-      features.insert(features.end(), {corner.mean({1, 2}), variance.sqrt(), product(1) / variance.clamp_min(1e-12),
-                                       product(2) / variance.clamp_min(1e-12), std::get<0>(corner.flatten(1).max(1))});
-    }
+  for (const torch::Tensor& corner : corners_of(chips, kCorner)) {
+    const torch::Tensor centred = corner - corner.mean({1, 2}, true);
+    const auto product = [&](int axis) {
+      return (centred.narrow(axis, 0, kCorner - 1) * centred.narrow(axis, 1, kCorner - 1)).mean({1, 2});
+    };
+    const torch::Tensor variance = centred.square().mean({1, 2});
+    features.insert(features.end(), {corner.mean({1, 2}), variance.sqrt(), product(1) / variance.clamp_min(1e-12),
+                                     product(2) / variance.clamp_min(1e-12), std::get<0>(corner.flatten(1).max(1))});
+  }
   return torch::stack(features, 1);
 }
 

@@ -435,6 +435,11 @@ TEST_CASE("backgrounds are exchanged between test chips, and compared with gener
   INFO(compared.err);
   CHECK(compared.code == 0);
   CHECK(has(compared.out, "measured from generated: "));
+  // Standard errors need three classes.
+  CHECK(has(compared.out, " ± "));
+  const Outcome two = chips.run({{"--check-clutter", ""}, {"--classes", "cuboid,l_building"}, {"--output", "two"}});
+  CHECK(two.code == 0);
+  CHECK_FALSE(has(two.out, " ± "));
 }
 
 TEST_CASE("ground that test chips have in common with training chips is found", "[fewshot]") {

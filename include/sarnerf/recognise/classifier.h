@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string_view>
@@ -48,6 +49,9 @@ std::string_view name(Classifier classifier);
 
 /// Side of the square that a classifier looks at (pixels), the same for all chips.
 int crop_pixels(Classifier classifier);
+
+/// The four corners [n, side, side] of chips [n, rows, columns]: background, where no target is. Views of the chips, which must be that large.
+std::array<torch::Tensor, 4> corners_of(const torch::Tensor& chips, int side);
 
 /// Raised whenever the same chips and options would give other networks. All cells of a study have the same.
 inline constexpr int kTrainingMethod = 1;
