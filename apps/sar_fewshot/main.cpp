@@ -22,7 +22,7 @@
 namespace sarnerf::app {
 namespace {
 
-/// A folder that is empty or holds the results of the same request; others are refused. While it exists, no other program takes it.
+/// A folder that is empty, holds cells alone (of sar_recognise, or of a published study), or the results of the same request; others are refused. While it exists, no other program takes it.
 class TakenFolder {
  public:
   TakenFolder(const std::filesystem::path& folder, const Json& request, const Options& o, const char* option) : lock_(made(folder, o, option)) {
@@ -46,7 +46,7 @@ const std::filesystem::path& TakenFolder::made(const std::filesystem::path& fold
   return folder;
 }
 
-/// Writes the request into an empty folder.
+/// Writes the request into a folder that has none.
 void TakenFolder::require_same_request(const std::filesystem::path& folder, const Json& request, const char* option) {
   const auto file = folder / "recipe.json";
   if (const auto recipe = read_recipe(file)) {
@@ -55,7 +55,8 @@ void TakenFolder::require_same_request(const std::filesystem::path& folder, cons
       throw UsageError(folder.string() + ": holds a study with other chips or options (" + differs + "); choose another folder (" + option + ")");
     return;
   }
-  if (!std::filesystem::is_empty(folder))
+  const std::filesystem::directory_iterator inside(folder);
+  if (!std::ranges::all_of(inside, [](const auto& entry) { return entry.path().filename() == kCellsFolder; }))
     throw UsageError(folder.string() + ": expected a study or an empty folder, found other files; choose another folder (" + option + ")");
   write_file_atomically(file, recipe_text(make_recipe(kProgram, request, Json::object())));
 }

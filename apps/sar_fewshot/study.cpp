@@ -150,7 +150,7 @@ std::size_t number_of_cells(const Options& o) {
 }
 
 /// Where a cell is kept.
-std::filesystem::path file_of(const Options& o, const Cell& cell) { return o.output / "cells" / cell_file_name(cell); }
+std::filesystem::path file_of(const Options& o, const Cell& cell) { return o.output / kCellsFolder / cell_file_name(cell); }
 
 /// What a cell takes, in steps of a network. Classifiers without one take next to nothing.
 std::uint64_t steps_of(Classifier classifier, const Options& o) {
@@ -205,7 +205,7 @@ void read_cell(Cell& cell, const std::filesystem::path& file, bool exchanged, st
 
 std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor) {
   const auto cache = o.output / "generated";
-  make_folder(o.output / "cells");
+  make_folder(o.output / kCellsFolder);
   make_folder(cache);
   std::map<std::string_view, std::string> studies;  // by arm
   for (const Arm arm : o.arms) studies[name(arm)] = study_of(o, chips, arm);

@@ -51,6 +51,7 @@ std::optional<Plot> accuracy_plot(const Options& options, const std::vector<Cell
 Json study_json(const Options& options, const std::vector<ClassChips>& chips, const std::vector<Cell>& cells);
 
 /// In the folder of a study.
+inline constexpr const char* kCellsFolder = "cells";
 inline constexpr const char* kExchangePicture = "pictures/exchanged_background.png";
 
 /// The picture of a class, in the folder of a study.

@@ -231,6 +231,13 @@ TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells 
   CHECK(joined.code == 0);
   CHECK(has(joined.out, "Trained on different devices"));
   CHECK(recognise(arguments).out.empty());  // nothing is made again
+  // Cells are enough for a report.
+  REQUIRE(recognise({"draws/04_00.pt", "--classifier", "nearest", "--arm", "none", "-o", "published/cells"}).code == 0);
+  const auto made = fs::last_write_time(chips / "published/cells/nearest_none_04_00.json");
+  const Outcome tables = chips.run({{"--draws", "1"}, {"--exchange-clutter", ""}, {"--arms", "none"}, {"--classifiers", "nearest"}, {"--output", "published"}});
+  INFO(tables.err);
+  CHECK(tables.code == 0);
+  CHECK(fs::last_write_time(chips / "published/cells/nearest_none_04_00.json") == made);
   // A cell that was cut off while it was copied, and one of another study: found before a training.
   fs::remove(chips / "cells/a-convnet_learned_04_00.json");
   const std::string whole = read_text(chips / "cells/nearest_learned_04_00.json");
