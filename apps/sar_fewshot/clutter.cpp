@@ -334,8 +334,10 @@ std::array<std::string, kCompared> names_of_background_numbers() {
 
 /// Of all chips but those of one class (none for -1).
 BackgroundNumbers background_numbers(const LabelledChips& chips, std::int64_t without, const char* which) {
-  const auto statistics = clutter_statistics(powers_of(
-      {chips.amplitude.index_select(0, torch::nonzero(chips.label != without).flatten()), {}}));
+  const auto powers = powers_of({chips.amplitude.index_select(0, torch::nonzero(chips.label != without).flatten()), {}});
+  std::vector<Image<std::uint8_t>> hidden;
+  for (const Image<float>& power : powers) hidden.push_back(target_and_shadow(power));
+  const auto statistics = clutter_statistics(powers, hidden);
   if (!statistics) throw InputError(format("%s chips: expected a background around the target, found none", which));
   BackgroundNumbers numbers{statistics->looks};
   for (std::size_t lag = 1; lag <= ClutterStatistics::kLags; ++lag) {
@@ -391,7 +393,7 @@ std::string clutter_text(const Options& o, const std::vector<ClassChips>& chips,
                       learned_twice_the_looks = generated_chips(Arm::learned, chips, draw, doubled, cache, monitor);
   const ToldApart kinds = told_apart(measured, learned, o.training, monitor),
                   looks = told_apart(learned, learned_twice_the_looks, o.training, monitor);
-  return format("# Background of measured and of generated chips\n\n%lld chips of either kind, %d shots of each class\n\n",
+  return format("# Background of measured and of generated chips\n\n%lld chips of either kind, %d shots of each class; outside of target and shadow, and 8 pixels around them\n\n",
                 static_cast<long long>(std::min(measured.size(), learned.size())), draw.n_shots) +
          table_of_backgrounds(measured, learned, chips.size()) +
          format("\nA network that learned on every second class tells corners of 24 × 24 pixels of the others apart:\n"

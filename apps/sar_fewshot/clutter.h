@@ -25,7 +25,8 @@ TestChips test_of_classes(const std::vector<ClassChips>& chips, const Draw& draw
 /// Correlation of the background of test chips with that of training chips, by class and distance in azimuth; in Markdown.
 std::string ground_text(const std::vector<ClassChips>& chips, const Monitor& monitor);
 
-/// Statistics of the background of measured chips and of learned ones at the same azimuths, and how often a network can tell them apart;
+/// Statistics of the background (outside of target and shadow, and 8 pixels around them: faint returns of a vehicle are no clutter) of measured
+/// chips and of learned ones at the same azimuths, and how often a network can tell them apart;
 /// in Markdown. Of the first draw with the most shots. The corners of a learned view are those of a shot, mirrored: what is asked is whether
 /// that shows, not whether clutter under a shot's target was filled in well.
 std::string clutter_text(const Options& options, const std::vector<ClassChips>& chips, const Monitor& monitor);

@@ -7,7 +7,9 @@
 #include <random>
 #include <vector>
 
+#include "sarnerf/core/error.h"
 #include "sarnerf/core/image_analysis.h"
+#include "sarnerf/core/text.h"
 
 namespace sarnerf {
 
@@ -57,6 +59,14 @@ void add_image(const Image<float>& power, const Image<std::uint8_t>& mask, Sums&
     }
 }
 
+void remove(Image<std::uint8_t>& mask, const Image<std::uint8_t>& hidden) {
+  if (hidden.n_azimuth() != mask.n_azimuth() || hidden.n_range() != mask.n_range())
+    throw UsageError(format("clutter_statistics(): expected a mask of %d x %d pixels, found %d x %d", mask.n_azimuth(), mask.n_range(),
+                            hidden.n_azimuth(), hidden.n_range()));
+  for (std::size_t k = 0; k < mask.pixels().size(); ++k)
+    if (hidden.pixels()[k] != 0) mask.pixels()[k] = 0;
+}
+
 double sum_of_fourth_powers(const std::vector<double>& taps) {
   double sum = 0.0;
   for (const double h : taps) sum += h * h * h * h;
@@ -92,10 +102,16 @@ std::optional<double> resolution_of(double correlation, const Window& window, do
 
 }  // namespace
 
-std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>> powers) {
+std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>> powers, std::span<const Image<std::uint8_t>> hidden) {
+  if (!hidden.empty() && hidden.size() != powers.size())
+    throw UsageError(format("clutter_statistics(): expected a mask for each of %zu images, found %zu", powers.size(), hidden.size()));
   Sums sums;
-  for (const Image<float>& power : powers)
-    if (const auto regions = find_regions(power)) add_image(power, regions->background, sums);
+  for (std::size_t n = 0; n < powers.size(); ++n) {
+    auto regions = find_regions(powers[n]);
+    if (!regions) continue;
+    if (!hidden.empty()) remove(regions->background, hidden[n]);
+    add_image(powers[n], regions->background, sums);
+  }
   const double variance = sums.variance.mean();
   if (sums.n_pixels == 0 || !(variance > 0.0)) return std::nullopt;
   ClutterStatistics result;

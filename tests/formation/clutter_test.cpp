@@ -5,6 +5,7 @@
 
 #include "catch.h"
 #include "geometry/acquisitions.h"
+#include "sarnerf/core/error.h"
 
 using namespace sarnerf;
 using sarnerf::test::view_of;
@@ -98,4 +99,30 @@ TEST_CASE("clutter of independent pixels has no resolution, and black images no 
   CHECK(statistics->azimuth[0] == Approx(0.0).margin(0.02));
   CHECK(!fitted_clutter(images, window_from_text("taylor:-35,4"), 0.2, 0.2)->radar.resolution_m);
   CHECK(!clutter_statistics(std::vector{Image<float>(64, 64, 0.0f)}));
+}
+
+TEST_CASE("hidden pixels do not count as clutter", "[clutter]") {
+  // Faint returns of a vehicle: too weak for a target, and brighter than the clutter. They look like fewer looks.
+  const auto clutter = [](float block) {
+    std::vector<Image<float>> images;
+    for (std::uint64_t n = 0; n < 4; ++n) {
+      images.emplace_back(128, 128, 1.0f);
+      for (int i = 40; i < 88; ++i)
+        for (int j = 40; j < 88; ++j) images.back()(i, j) = block;
+      multiply_by_clutter(images.back(), {radar(1.0, 0.3, 0.45, n)}, view_of(73.0, 1000.0, 128, 128, 0.2));
+    }
+    return images;
+  };
+  Image<std::uint8_t> block(128, 128);
+  for (int i = 36; i < 92; ++i)
+    for (int j = 36; j < 92; ++j) block(i, j) = 1;
+  const std::vector<Image<std::uint8_t>> hidden(4, block);
+  const auto plain = clutter_statistics(clutter(1.0f), hidden), seen = clutter_statistics(clutter(2.5f)), unseen = clutter_statistics(clutter(2.5f), hidden);
+  REQUIRE((plain && seen && unseen));
+  CHECK(unseen->n_pixels < 4 * (128 * 128 - 56 * 56) + 1);
+  CHECK(seen->looks < 0.85 * plain->looks);
+  CHECK(unseen->looks == Approx(plain->looks).epsilon(0.03));
+  for (std::size_t lag = 0; lag < ClutterStatistics::kLags; ++lag) CHECK(unseen->range[lag] == Approx(plain->range[lag]).margin(0.02));
+  CHECK_THROWS_AS(clutter_statistics(clutter(1.0f), std::vector(3, block)), UsageError);
+  CHECK_THROWS_AS(clutter_statistics(clutter(1.0f), std::vector(4, Image<std::uint8_t>(64, 128))), UsageError);
 }
