@@ -71,6 +71,11 @@ LabelledChips labelled(std::span<const PosedImage* const> chips, std::span<const
 /// Power of the stored pixels.
 std::vector<Image<float>> powers_of(const LabelledChips& chips);
 
+/// The label of a chip.
+inline std::size_t class_of(const LabelledChips& chips, std::size_t n) {
+  return static_cast<std::size_t>(chips.label[static_cast<std::int64_t>(n)].item<std::int64_t>());
+}
+
 /// The shots of a draw.
 LabelledChips shots_of_classes(const std::vector<ClassChips>& chips, const Draw& draw);
 

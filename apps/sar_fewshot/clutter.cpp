@@ -18,6 +18,7 @@
 #include "sarnerf/core/image_analysis.h"
 #include "sarnerf/core/text.h"
 #include "sarnerf/core/units.h"
+#include "sarnerf/evaluation/evaluation.h"
 #include "sarnerf/formation/clutter.h"
 #include "sarnerf/report/page.h"
 #include "torch_setup.h"
@@ -332,13 +333,35 @@ std::array<std::string, kCompared> names_of_background_numbers() {
   return names;
 }
 
-/// Of all chips but those of one class (none for -1).
-BackgroundNumbers background_numbers(const LabelledChips& chips, std::int64_t without, const char* which) {
-  const auto powers = powers_of({chips.amplitude.index_select(0, torch::nonzero(chips.label != without).flatten()), {}});
+/// Chips of one kind, and where their targets and shadows are.
+struct ChipsOfKind {
+  const char* name;
+  std::vector<Image<float>> power;
   std::vector<Image<std::uint8_t>> hidden;
-  for (const Image<float>& power : powers) hidden.push_back(target_and_shadow(power));
+  std::vector<std::size_t> label;
+};
+
+ChipsOfKind chips_of_kind(const char* name, const LabelledChips& chips) {
+  ChipsOfKind kind{name, powers_of(chips), {}, {}};
+  kind.hidden.resize(kind.power.size());
+  for (std::size_t n = 0; n < kind.power.size(); ++n) kind.label.push_back(class_of(chips, n));
+  parallel_for(kind.power.size(), 8, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t n = begin; n < end; ++n) kind.hidden[n] = target_and_shadow(kind.power[n]);
+  });
+  return kind;
+}
+
+/// Of all chips but those of one class.
+BackgroundNumbers background_numbers(const ChipsOfKind& chips, std::optional<std::size_t> without) {
+  std::vector<Image<float>> powers;
+  std::vector<Image<std::uint8_t>> hidden;
+  for (std::size_t n = 0; n < chips.power.size(); ++n)
+    if (chips.label[n] != without) {
+      powers.push_back(chips.power[n]);
+      hidden.push_back(chips.hidden[n]);
+    }
   const auto statistics = clutter_statistics(powers, hidden);
-  if (!statistics) throw InputError(format("%s chips: expected a background around the target, found none", which));
+  if (!statistics) throw InputError(format("%s chips: expected a background around the target, found none", chips.name));
   BackgroundNumbers numbers{statistics->looks};
   for (std::size_t lag = 1; lag <= ClutterStatistics::kLags; ++lag) {
     numbers[2 * lag - 1] = statistics->azimuth[lag - 1];
@@ -348,36 +371,30 @@ BackgroundNumbers background_numbers(const LabelledChips& chips, std::int64_t wi
 }
 
 /// Statistics of measured and of generated background, and the standard errors of their differences by the jackknife: each class is left out
-/// once (Efron 1982). Chips of one class share a ground, and learned views the clutter of a few shots, so that chips are no independent samples.
-std::string table_of_backgrounds(const LabelledChips& measured, const LabelledChips& learned, std::size_t n_classes) {
+/// once. Chips of one class share a ground, and learned views the clutter of a few shots, so that chips are no independent samples.
+std::string table_of_backgrounds(const LabelledChips& measured, const LabelledChips& generated, std::size_t n_classes, const Monitor& monitor) {
   constexpr std::size_t kFewestClasses = 3;
-  const auto both_without = [&](std::int64_t without) {
-    return std::pair{background_numbers(measured, without, "measured"), background_numbers(learned, without, "generated")};
-  };
-  const auto [x, y] = both_without(-1);
-  std::vector<BackgroundNumbers> differences(n_classes >= kFewestClasses ? n_classes : 0);
-  parallel_for(differences.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+  const ChipsOfKind a = chips_of_kind("measured", measured), b = chips_of_kind("generated", generated);
+  const BackgroundNumbers x = background_numbers(a, {}), y = background_numbers(b, {});
+  std::array<std::vector<double>, kCompared> differences;  // without one class
+  for (auto& of_number : differences) of_number.resize(n_classes >= kFewestClasses ? n_classes : 0);
+  parallel_for(differences[0].size(), 1, [&](std::size_t begin, std::size_t end, int) {
     for (std::size_t c = begin; c < end; ++c) {
-      const auto [a, b] = both_without(static_cast<std::int64_t>(c));
-      for (std::size_t k = 0; k < kCompared; ++k) differences[c][k] = b[k] - a[k];
+      monitor.check();
+      const BackgroundNumbers p = background_numbers(a, c), q = background_numbers(b, c);
+      for (std::size_t k = 0; k < kCompared; ++k) differences[k][c] = q[k] - p[k];
     }
   });
-  const auto standard_error = [&](std::size_t k) {
-    const auto n = static_cast<double>(differences.size());
-    double mean = 0.0, squares = 0.0;
-    for (const BackgroundNumbers& d : differences) mean += d[k] / n;
-    for (const BackgroundNumbers& d : differences) squares += (d[k] - mean) * (d[k] - mean);
-    return std::sqrt(squares * (n - 1.0) / n);
-  };
+  const bool has_errors = !differences[0].empty();
   const auto names = names_of_background_numbers();
   std::vector<std::vector<std::string>> rows;
   for (std::size_t k = 0; k < kCompared; ++k)
     rows.push_back({names[k], format("%.4f", x[k]), format("%.4f", y[k]),
-                    format("%+.4f", y[k] - x[k]) + (differences.empty() ? "" : format(" ± %.4f", standard_error(k))),
+                    format("%+.4f", y[k] - x[k]) + (has_errors ? format(" ± %.4f", jackknife_error(differences[k])) : ""),
                     x[k] != 0.0 ? format("%+.1f %%", 100.0 * (y[k] - x[k]) / std::abs(x[k])) : "–"});
   return markdown_table({{"background"}, {"measured", Align::right}, {"generated", Align::right}, {"difference", Align::right}, {"of measured", Align::right}},
                         rows) +
-         (differences.empty() ? "" : "\n± one standard error: each class left out once (jackknife).\n");
+         (has_errors ? "\n± one standard error: each class left out once (jackknife).\n" : "");
 }
 
 }  // namespace
@@ -393,9 +410,9 @@ std::string clutter_text(const Options& o, const std::vector<ClassChips>& chips,
                       learned_twice_the_looks = generated_chips(Arm::learned, chips, draw, doubled, cache, monitor);
   const ToldApart kinds = told_apart(measured, learned, o.training, monitor),
                   looks = told_apart(learned, learned_twice_the_looks, o.training, monitor);
-  return format("# Background of measured and of generated chips\n\n%lld chips of either kind, %d shots of each class; outside of target and shadow, and 8 pixels around them\n\n",
-                static_cast<long long>(std::min(measured.size(), learned.size())), draw.n_shots) +
-         table_of_backgrounds(measured, learned, chips.size()) +
+  return format("# Background of measured and of generated chips\n\n%lld chips of either kind, %d shots of each class; outside of target and shadow, and %d pixels around them\n\n",
+                static_cast<long long>(std::min(measured.size(), learned.size())), draw.n_shots, kReachOfTarget_pixels) +
+         table_of_backgrounds(measured, learned, chips.size(), monitor) +
          format("\nA network that learned on every second class tells corners of 24 × 24 pixels of the others apart:\n"
                 "measured from generated: %.1f %% of %lld (50 %% is chance)\n"
                 "the looks of generated chips from twice as many: %.1f %% of %lld\n",

@@ -138,10 +138,6 @@ std::vector<std::vector<Image<float>>> backgrounds_of_classes(const std::vector<
 /// Of the clutter of a draw's views.
 std::mt19937_64 random_of_clutter(const Draw& draw) { return std::mt19937_64(static_cast<std::uint64_t>(1'000'000 * (draw.number + 1))); }
 
-std::size_t class_of(const LabelledChips& chips, std::size_t n) {
-  return static_cast<std::size_t>(chips.label[static_cast<std::int64_t>(n)].item<std::int64_t>());
-}
-
 /// Turned shots on the clutter that learned views get.
 LabelledChips on_clutter_of_shots(const LabelledChips& turned_shots, const std::vector<ClassChips>& chips, const Draw& draw) {
   const auto of_classes = backgrounds_of_classes(chips, draw);

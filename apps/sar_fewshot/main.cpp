@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // sar_fewshot: few-shot recognition of SAR chips with generated views.
 #include <algorithm>
+#include <functional>
 #include <map>
 
 #include <nlohmann/json.hpp>
@@ -22,16 +23,18 @@
 namespace sarnerf::app {
 namespace {
 
-/// A folder that is empty, holds cells alone (of sar_recognise, or of a published study), or the results of the same request; others are refused. While it exists, no other program takes it.
+/// A folder that is empty or holds the results of the same request; others are refused. While it exists, no other program takes it. One with cells
+/// alone, of sar_recognise or of a published study, is taken if `admit_cells` is there and does not throw.
 class TakenFolder {
  public:
-  TakenFolder(const std::filesystem::path& folder, const Json& request, const Options& o, const char* option) : lock_(made(folder, o, option)) {
-    require_same_request(folder, request, option);
+  TakenFolder(const std::filesystem::path& folder, const Json& request, const Options& o, const char* option, const std::function<void()>& admit_cells)
+      : lock_(made(folder, o, option)) {
+    require_same_request(folder, request, option, admit_cells);
   }
 
  private:
   static const std::filesystem::path& made(const std::filesystem::path& folder, const Options& o, const char* option);
-  static void require_same_request(const std::filesystem::path& folder, const Json& request, const char* option);
+  static void require_same_request(const std::filesystem::path& folder, const Json& request, const char* option, const std::function<void()>& admit_cells);
 
   FolderLock lock_;
 };
@@ -47,7 +50,8 @@ const std::filesystem::path& TakenFolder::made(const std::filesystem::path& fold
 }
 
 /// Writes the request into a folder that has none.
-void TakenFolder::require_same_request(const std::filesystem::path& folder, const Json& request, const char* option) {
+void TakenFolder::require_same_request(const std::filesystem::path& folder, const Json& request, const char* option,
+                                       const std::function<void()>& admit_cells) {
   const auto file = folder / "recipe.json";
   if (const auto recipe = read_recipe(file)) {
     const std::string differs = difference(recipe->value("request", Json()), request);
@@ -55,9 +59,14 @@ void TakenFolder::require_same_request(const std::filesystem::path& folder, cons
       throw UsageError(folder.string() + ": holds a study with other chips or options (" + differs + "); choose another folder (" + option + ")");
     return;
   }
-  const std::filesystem::directory_iterator inside(folder);
-  if (!std::ranges::all_of(inside, [](const auto& entry) { return entry.path().filename() == kCellsFolder; }))
-    throw UsageError(folder.string() + ": expected a study or an empty folder, found other files; choose another folder (" + option + ")");
+  if (!std::filesystem::is_empty(folder)) {
+    const bool cells_alone = std::ranges::all_of(std::filesystem::directory_iterator(folder), [](const auto& entry) {
+      return entry.path().filename() == kCellsFolder && entry.is_directory();
+    });
+    if (!admit_cells || !cells_alone)
+      throw UsageError(folder.string() + ": expected a study or an empty folder, found other files; choose another folder (" + option + ")");
+    admit_cells();
+  }
   write_file_atomically(file, recipe_text(make_recipe(kProgram, request, Json::object())));
 }
 
@@ -132,9 +141,12 @@ void run(const Options& options, Console& console) {
     return;
   }
   const Json request = request_of(options, chips);
+  const bool has_cells = !options.check_ground && !options.check_clutter && options.chips_folder.empty() && options.draws_folder.empty();
+  std::function<void()> admit_cells;
+  if (has_cells) admit_cells = [&] { missing_cells(options, chips); };
   std::map<std::filesystem::path, TakenFolder> taken;  // two options may name one folder
   for (const auto& [folder, option] : {std::pair(options.output, "-o"), {options.chips_folder, "--export"}, {options.draws_folder, "--export-draws"}})
-    if (!folder.empty()) taken.try_emplace(full_path(folder), folder, request, options, option);
+    if (!folder.empty()) taken.try_emplace(full_path(folder), folder, request, options, option, admit_cells);
   if (options.check_ground) {
     const std::string text = ground_text(chips, monitor);
     write_file_atomically(options.output / "ground.md", text);

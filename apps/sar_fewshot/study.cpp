@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 
 #include "clutter.h"
@@ -201,21 +200,35 @@ void read_cell(Cell& cell, const std::filesystem::path& file, bool exchanged, st
     throw InputError(file.string() + ": expected a cell of this study's chips and options, found one of others; remove the file");
 }
 
+/// study_of() each arm.
+std::map<std::string_view, std::string> studies_of_arms(const Options& o, const std::vector<ClassChips>& chips) {
+  std::map<std::string_view, std::string> studies;
+  for (const Arm arm : o.arms) studies[name(arm)] = study_of(o, chips, arm);
+  return studies;
+}
+
 }  // namespace
+
+std::map<std::filesystem::path, std::uint64_t> missing_cells(const Options& o, const std::vector<ClassChips>& chips) {
+  const auto studies = studies_of_arms(o, chips);
+  std::map<std::filesystem::path, std::uint64_t> missing;
+  each_cell(o, [&](Cell cell) {
+    cell.study = studies.at(cell.arm);
+    const auto file = file_of(o, cell);
+    if (std::filesystem::exists(file)) read_cell(cell, file, o.exchange, chips.size());
+    else missing[file] = steps_of(cell.classifier, o);
+  });
+  return missing;
+}
 
 std::vector<Cell> run_study(const Options& o, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor) {
   const auto cache = o.output / "generated";
   make_folder(o.output / kCellsFolder);
   make_folder(cache);
-  std::map<std::string_view, std::string> studies;  // by arm
-  for (const Arm arm : o.arms) studies[name(arm)] = study_of(o, chips, arm);
-  std::uint64_t n_steps = 0, n_done = 0;  // of the cells that are not there
-  std::set<std::filesystem::path> missing;
-  each_cell(o, [&](Cell cell) {  // a cell of another study is refused before anything is trained
-    cell.study = studies.at(cell.arm);
-    if (std::filesystem::exists(file_of(o, cell))) read_cell(cell, file_of(o, cell), o.exchange, chips.size());
-    else if (missing.insert(file_of(o, cell)).second) n_steps += steps_of(cell.classifier, o);
-  });
+  const auto studies = studies_of_arms(o, chips);
+  const auto missing = missing_cells(o, chips);  // a cell of another study is refused before anything is trained
+  std::uint64_t n_steps = 0, n_done = 0;
+  for (const auto& [file, steps] : missing) n_steps += steps;
   const int n_classes = static_cast<int>(chips.size());
   std::vector<Cell> cells;
   for (const int n_shots : o.shots)

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +19,10 @@
 /// What the program does, one after the other: it plans a study (study.cpp), makes its cells or exports its chips, and writes tables
 /// (results.cpp) and pictures (pictures.cpp).
 namespace sarnerf::app {
+
+/// The cells that are not in the folder yet, and how many steps of a network each takes. Throws InputError for one there that is of other chips or
+/// options.
+std::map<std::filesystem::path, std::uint64_t> missing_cells(const Options& options, const std::vector<ClassChips>& chips);
 
 /// Makes all cells that are not in the folder yet, and writes each as it ends. Throws Interrupted.
 std::vector<Cell> run_study(const Options& options, const std::vector<ClassChips>& chips, Console& console, const Monitor& monitor);

@@ -38,6 +38,15 @@ PairedDifference paired_difference(std::span<const double> differences) {
   return result;
 }
 
+double jackknife_error(std::span<const double> without_one) {
+  if (without_one.size() < 2) throw UsageError("expected two groups or more for a standard error, found fewer");
+  const auto n = static_cast<double>(without_one.size());
+  const double mean = std::accumulate(without_one.begin(), without_one.end(), 0.0) / n;
+  double squares = 0.0;
+  for (const double x : without_one) squares += (x - mean) * (x - mean);
+  return std::sqrt((n - 1.0) / n * squares);
+}
+
 std::vector<double> holm(std::span<const double> p) {
   std::vector<std::size_t> order(p.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

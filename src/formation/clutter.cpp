@@ -59,10 +59,13 @@ void add_image(const Image<float>& power, const Image<std::uint8_t>& mask, Sums&
     }
 }
 
-void remove(Image<std::uint8_t>& mask, const Image<std::uint8_t>& hidden) {
-  if (hidden.n_azimuth() != mask.n_azimuth() || hidden.n_range() != mask.n_range())
-    throw UsageError(format("clutter_statistics(): expected a mask of %d x %d pixels, found %d x %d", mask.n_azimuth(), mask.n_range(),
+void require_mask_of(const Image<float>& power, const Image<std::uint8_t>& hidden) {
+  if (hidden.n_azimuth() != power.n_azimuth() || hidden.n_range() != power.n_range())
+    throw UsageError(format("clutter_statistics(): expected a mask of %d x %d pixels, found %d x %d", power.n_azimuth(), power.n_range(),
                             hidden.n_azimuth(), hidden.n_range()));
+}
+
+void remove(Image<std::uint8_t>& mask, const Image<std::uint8_t>& hidden) {
   for (std::size_t k = 0; k < mask.pixels().size(); ++k)
     if (hidden.pixels()[k] != 0) mask.pixels()[k] = 0;
 }
@@ -107,6 +110,7 @@ std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>
     throw UsageError(format("clutter_statistics(): expected a mask for each of %zu images, found %zu", powers.size(), hidden.size()));
   Sums sums;
   for (std::size_t n = 0; n < powers.size(); ++n) {
+    if (!hidden.empty()) require_mask_of(powers[n], hidden[n]);
     auto regions = find_regions(powers[n]);
     if (!regions) continue;
     if (!hidden.empty()) remove(regions->background, hidden[n]);

@@ -234,7 +234,19 @@ TEST_CASE("chips and draws are exported, and sar_recognise makes the same cells 
   // Cells are enough for a report.
   REQUIRE(recognise({"draws/04_00.pt", "--classifier", "nearest", "--arm", "none", "-o", "published/cells"}).code == 0);
   const auto made = fs::last_write_time(chips / "published/cells/nearest_none_04_00.json");
-  const Outcome tables = chips.run({{"--draws", "1"}, {"--exchange-clutter", ""}, {"--arms", "none"}, {"--classifiers", "nearest"}, {"--output", "published"}});
+  const std::map<std::string, std::string> published{{"--draws", "1"}, {"--exchange-clutter", ""}, {"--arms", "none"}, {"--classifiers", "nearest"},
+                                                     {"--output", "published"}};
+  auto other = published;
+  other["--classes"] = "cuboid,l_building";
+  CHECK(chips.run(other).is_error("other"));
+  CHECK_FALSE(fs::exists(chips / "published/recipe.json"));  // so that the right command is taken
+  other = published;
+  other["--export"] = "published";
+  CHECK(chips.run(other).is_error("found other files"));
+  std::ofstream(chips / "published/a_file") << "";
+  CHECK(chips.run(published).is_error("found other files"));
+  fs::remove(chips / "published/a_file");
+  const Outcome tables = chips.run(published);
   INFO(tables.err);
   CHECK(tables.code == 0);
   CHECK(fs::last_write_time(chips / "published/cells/nearest_none_04_00.json") == made);

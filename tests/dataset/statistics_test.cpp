@@ -62,3 +62,13 @@ TEST_CASE("Holm's method raises the smallest value by their number, and keeps th
   CHECK(holm(std::vector{0.9, 0.8})[0] == 1.0);
   CHECK(holm({}).empty());
 }
+
+TEST_CASE("the jackknife's error of a mean is its standard error", "[statistics]") {
+  const std::vector<double> samples{1.0, 4.0, 2.5, 7.0, 3.5};
+  std::vector<double> without_one;
+  for (const double x : samples) without_one.push_back((18.0 - x) / 4.0);
+  double squares = 0.0;
+  for (const double x : samples) squares += (x - 3.6) * (x - 3.6);
+  CHECK(jackknife_error(without_one) == Approx(std::sqrt(squares / 4.0 / 5.0)));
+  CHECK_THROWS_AS(jackknife_error(std::vector{1.0}), UsageError);
+}

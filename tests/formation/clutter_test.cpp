@@ -125,4 +125,5 @@ TEST_CASE("hidden pixels do not count as clutter", "[clutter]") {
   for (std::size_t lag = 0; lag < ClutterStatistics::kLags; ++lag) CHECK(unseen->range[lag] == Approx(plain->range[lag]).margin(0.02));
   CHECK_THROWS_AS(clutter_statistics(clutter(1.0f), std::vector(3, block)), UsageError);
   CHECK_THROWS_AS(clutter_statistics(clutter(1.0f), std::vector(4, Image<std::uint8_t>(64, 128))), UsageError);
+  CHECK_THROWS_AS(clutter_statistics(std::vector{Image<float>(64, 64)}, std::vector{Image<std::uint8_t>(64, 128)}), UsageError);
 }

@@ -250,3 +250,13 @@ TEST_CASE("chips that are too small, and labels without a class, are refused", "
   CHECK_THROWS_AS(classify(Classifier::a_convnet, {{chips.amplitude.narrow(1, 0, 90), chips.label}, {}}, chips.amplitude, 3, o),
                   std::invalid_argument);
 }
+
+TEST_CASE("corners of chips lie at their edges, in the order of rows", "[recognise]") {
+  const torch::Tensor chips = torch::arange(2 * 5 * 6, torch::kFloat32).view({2, 5, 6});
+  const auto corners = corners_of(chips, 2);
+  const std::int64_t rows[] = {0, 0, 3, 3}, columns[] = {0, 4, 0, 4};
+  for (std::size_t k = 0; k < 4; ++k) {
+    REQUIRE(corners[k].sizes() == torch::IntArrayRef({2, 2, 2}));
+    CHECK(corners[k][1][1][0].item<float>() == chips[1][rows[k] + 1][columns[k]].item<float>());
+  }
+}

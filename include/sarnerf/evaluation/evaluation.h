@@ -206,6 +206,13 @@ struct PairedDifference {
 /// With fewer than two pairs the interval is infinite and p is 1; without scatter p is 0 or 1. Throws UsageError without pairs.
 PairedDifference paired_difference(std::span<const double> differences);
 
+/// Standard error of a statistic by the jackknife (Efron 1982): of its values x_k without the k-th of n groups of samples,
+///
+///     √((n − 1) / n Σ (x_k − x̄)²),
+///
+/// which for a mean is s / √n. Groups must be independent, samples of one need not be. Throws UsageError for fewer than two groups.
+double jackknife_error(std::span<const double> without_one);
+
 /// p-values of several comparisons, raised by Holm's step-down method (1979): the probability that any of those up to this one is
 /// found by chance stays below the value. In the order of `p`.
 std::vector<double> holm(std::span<const double> p);

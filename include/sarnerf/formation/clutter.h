@@ -26,8 +26,8 @@ struct ClutterStatistics {
 
 /// Statistics over the background of the images (find_regions()), each image relative to its own mean there, so that gains do not
 /// matter. Texture and gradients of the clutter add to the variance, and look like fewer looks. Empty where no image has a background
-/// of 100 pixels. Pixels that are not 0 in `hidden`, masks of the images, do not count (no masks: all count). Throws UsageError if numbers or
-/// sizes of masks and images differ. Cost: a blur and ten passes over each image.
+/// of 100 pixels. `hidden` has a mask for each image, or is empty: pixels that are not 0 in it do not count. Throws UsageError if numbers or
+/// sizes differ. Cost: a blur and ten passes over each image.
 std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>> powers, std::span<const Image<std::uint8_t>> hidden = {});
 
 /// Clutter by the product model (Ward 1981): speckle of a radar on a reflectivity τ that varies from pixel to pixel. τ is independent
