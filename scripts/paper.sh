@@ -228,7 +228,7 @@ TEXT
 
 ## Table 3: recognition from few chips$heading
 
-Table 3 was not replicated. \`sar_fewshot\` does a similar study with another network, another field and restored chips, beside what plain turning of the same chips gives. Added to turned chips, learned views raise an A-ConvNet by 2.5, 3.6 and 4.2 points with 12, 8 and 4 shots. Over the shots alone learned views gain 0.6 (interval − 1.9 to + 3.0, so no gain is shown), 4.3 and 16.8 points, where the paper's views gain a ResNet-50 6.4, 6.0 and 5.1; turned chips alone gain 3.3, 3.7 and 16.1, both together 5.7, 7.3 and 20.3:
+Table 3 was not replicated. \`sar_fewshot\` does a similar study with another network, another field and restored chips, beside what plain turning of the same chips gives. Added to turned chips, learned views raise an A-ConvNet by 2.5, 3.6 and 4.2 points with 12, 8 and 4 shots. Over the shots alone learned views gain 0.6 (interval − 1.9 to + 3.0, so no gain is shown), 4.3 and 16.8 points, where the paper's views gain a ResNet-50 6.4, 6.0 and 5.1; turned chips alone gain 3.3, 3.7 and 16.1, both together 5.7, 7.3 and 20.3. Turned chips that a field corrects gain 1.5, 3.4 and 4.2 over turned ones:
 [recognition.md]($(realpath --relative-to="$out" "$root/docs/results/recognition.md")).
 TEXT
   if ! $counting; then made_at | text; fi
