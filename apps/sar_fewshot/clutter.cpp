@@ -333,35 +333,29 @@ std::array<std::string, kCompared> names_of_background_numbers() {
   return names;
 }
 
-/// Chips of one kind, and where their targets and shadows are.
-struct ChipsOfKind {
-  const char* name;
-  std::vector<Image<float>> power;
-  std::vector<Image<std::uint8_t>> hidden;
-  std::vector<std::size_t> label;
-};
-
-ChipsOfKind chips_of_kind(const char* name, const LabelledChips& chips) {
-  ChipsOfKind kind{name, powers_of(chips), {}, {}};
-  kind.hidden.resize(kind.power.size());
-  for (std::size_t n = 0; n < kind.power.size(); ++n) kind.label.push_back(class_of(chips, n));
-  parallel_for(kind.power.size(), 8, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t n = begin; n < end; ++n) kind.hidden[n] = target_and_shadow(kind.power[n]);
+/// Of the background of each class.
+std::vector<ClutterSums> sums_of_classes(const LabelledChips& chips, std::size_t n_classes, const Monitor& monitor) {
+  const std::vector<Image<float>> powers = powers_of(chips);
+  std::vector<std::vector<std::size_t>> members(n_classes);
+  for (std::size_t n = 0; n < powers.size(); ++n) members[class_of(chips, n)].push_back(n);
+  std::vector<ClutterSums> sums(n_classes);
+  parallel_for(n_classes, 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t c = begin; c < end; ++c)
+      for (const std::size_t n : members[c]) {
+        monitor.check();
+        sums[c].add(powers[n], target_and_shadow(powers[n]));
+      }
   });
-  return kind;
+  return sums;
 }
 
-/// Of all chips but those of one class.
-BackgroundNumbers background_numbers(const ChipsOfKind& chips, std::optional<std::size_t> without) {
-  std::vector<Image<float>> powers;
-  std::vector<Image<std::uint8_t>> hidden;
-  for (std::size_t n = 0; n < chips.power.size(); ++n)
-    if (chips.label[n] != without) {
-      powers.push_back(chips.power[n]);
-      hidden.push_back(chips.hidden[n]);
-    }
-  const auto statistics = clutter_statistics(powers, hidden);
-  if (!statistics) throw InputError(format("%s chips: expected a background around the target, found none", chips.name));
+/// Of all classes but one.
+BackgroundNumbers background_numbers(const std::vector<ClutterSums>& of_classes, std::optional<std::size_t> without, const char* which) {
+  ClutterSums sums;
+  for (std::size_t c = 0; c < of_classes.size(); ++c)
+    if (c != without) sums.add(of_classes[c]);
+  const auto statistics = sums.statistics();
+  if (!statistics) throw InputError(format("%s chips: expected a background around the target, found none", which));
   BackgroundNumbers numbers{statistics->looks};
   for (std::size_t lag = 1; lag <= ClutterStatistics::kLags; ++lag) {
     numbers[2 * lag - 1] = statistics->azimuth[lag - 1];
@@ -374,17 +368,16 @@ BackgroundNumbers background_numbers(const ChipsOfKind& chips, std::optional<std
 /// once. Chips of one class share a ground, and learned views the clutter of a few shots, so that chips are no independent samples.
 std::string table_of_backgrounds(const LabelledChips& measured, const LabelledChips& generated, std::size_t n_classes, const Monitor& monitor) {
   constexpr std::size_t kFewestClasses = 3;
-  const ChipsOfKind a = chips_of_kind("measured", measured), b = chips_of_kind("generated", generated);
-  const BackgroundNumbers x = background_numbers(a, {}), y = background_numbers(b, {});
+  const auto a = sums_of_classes(measured, n_classes, monitor), b = sums_of_classes(generated, n_classes, monitor);
+  const auto numbers_without = [&](std::optional<std::size_t> c) {
+    return std::pair{background_numbers(a, c, "measured"), background_numbers(b, c, "generated")};
+  };
+  const auto [x, y] = numbers_without({});
   std::array<std::vector<double>, kCompared> differences;  // without one class
-  for (auto& of_number : differences) of_number.resize(n_classes >= kFewestClasses ? n_classes : 0);
-  parallel_for(differences[0].size(), 1, [&](std::size_t begin, std::size_t end, int) {
-    for (std::size_t c = begin; c < end; ++c) {
-      monitor.check();
-      const BackgroundNumbers p = background_numbers(a, c), q = background_numbers(b, c);
-      for (std::size_t k = 0; k < kCompared; ++k) differences[k][c] = q[k] - p[k];
-    }
-  });
+  for (std::size_t c = 0; n_classes >= kFewestClasses && c < n_classes; ++c) {
+    const auto [p, q] = numbers_without(c);
+    for (std::size_t k = 0; k < kCompared; ++k) differences[k].push_back(q[k] - p[k]);
+  }
   const bool has_errors = !differences[0].empty();
   const auto names = names_of_background_numbers();
   std::vector<std::vector<std::string>> rows;

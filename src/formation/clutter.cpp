@@ -17,59 +17,6 @@ namespace {
 
 constexpr std::size_t kLeastPixels = 100;
 
-/// Sum of products of two deviations, and their number.
-struct Products {
-  double sum = 0.0, n = 0.0;
-
-  void add(double product) {
-    sum += product;
-    n += 1.0;
-  }
-  double mean() const { return n > 0.0 ? sum / n : 0.0; }
-};
-
-struct Sums {
-  Products variance;
-  std::array<Products, ClutterStatistics::kLags> azimuth, range;
-  std::size_t n_pixels = 0;
-};
-
-void add_image(const Image<float>& power, const Image<std::uint8_t>& mask, Sums& sums) {
-  double sum = 0.0;
-  std::size_t n = 0;
-  for (std::size_t k = 0; k < mask.pixels().size(); ++k)
-    if (mask.pixels()[k] != 0) {
-      sum += double{power.pixels()[k]};
-      ++n;
-    }
-  if (n < kLeastPixels || !(sum > 0.0)) return;
-  sums.n_pixels += n;
-  const double mean = sum / static_cast<double>(n);
-  const auto deviation = [&](int i, int j) { return double{power(i, j)} / mean - 1.0; };
-  for (int i = 0; i < power.n_azimuth(); ++i)
-    for (int j = 0; j < power.n_range(); ++j) {
-      if (mask(i, j) == 0) continue;
-      const double d = deviation(i, j);
-      sums.variance.add(d * d);
-      for (int lag = 1; lag <= ClutterStatistics::kLags; ++lag) {
-        const auto at = static_cast<std::size_t>(lag - 1);
-        if (i + lag < power.n_azimuth() && mask(i + lag, j) != 0) sums.azimuth[at].add(d * deviation(i + lag, j));
-        if (j + lag < power.n_range() && mask(i, j + lag) != 0) sums.range[at].add(d * deviation(i, j + lag));
-      }
-    }
-}
-
-void require_mask_of(const Image<float>& power, const Image<std::uint8_t>& hidden) {
-  if (hidden.n_azimuth() != power.n_azimuth() || hidden.n_range() != power.n_range())
-    throw UsageError(format("clutter_statistics(): expected a mask of %d x %d pixels, found %d x %d", power.n_azimuth(), power.n_range(),
-                            hidden.n_azimuth(), hidden.n_range()));
-}
-
-void remove(Image<std::uint8_t>& mask, const Image<std::uint8_t>& hidden) {
-  for (std::size_t k = 0; k < mask.pixels().size(); ++k)
-    if (hidden.pixels()[k] != 0) mask.pixels()[k] = 0;
-}
-
 double sum_of_fourth_powers(const std::vector<double>& taps) {
   double sum = 0.0;
   for (const double h : taps) sum += h * h * h * h;
@@ -105,27 +52,77 @@ std::optional<double> resolution_of(double correlation, const Window& window, do
 
 }  // namespace
 
-std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>> powers, std::span<const Image<std::uint8_t>> hidden) {
-  if (!hidden.empty() && hidden.size() != powers.size())
-    throw UsageError(format("clutter_statistics(): expected a mask for each of %zu images, found %zu", powers.size(), hidden.size()));
-  Sums sums;
-  for (std::size_t n = 0; n < powers.size(); ++n) {
-    if (!hidden.empty()) require_mask_of(powers[n], hidden[n]);
-    auto regions = find_regions(powers[n]);
-    if (!regions) continue;
-    if (!hidden.empty()) remove(regions->background, hidden[n]);
-    add_image(powers[n], regions->background, sums);
+void ClutterSums::Products::add(const Products& other) {
+  sum += other.sum;
+  n += other.n;
+}
+
+void ClutterSums::add_background(const Image<float>& power, const Image<std::uint8_t>& background) {
+  double sum = 0.0;
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < background.pixels().size(); ++k)
+    if (background.pixels()[k] != 0) {
+      sum += double{power.pixels()[k]};
+      ++n;
+    }
+  if (n < kLeastPixels || !(sum > 0.0)) return;
+  n_pixels_ += n;
+  const double mean = sum / static_cast<double>(n);
+  const auto deviation = [&](int i, int j) { return double{power(i, j)} / mean - 1.0; };
+  for (int i = 0; i < power.n_azimuth(); ++i)
+    for (int j = 0; j < power.n_range(); ++j) {
+      if (background(i, j) == 0) continue;
+      const double d = deviation(i, j);
+      variance_.add({d * d, 1.0});
+      for (int lag = 1; lag <= ClutterStatistics::kLags; ++lag) {
+        const auto at = static_cast<std::size_t>(lag - 1);
+        if (i + lag < power.n_azimuth() && background(i + lag, j) != 0) azimuth_[at].add({d * deviation(i + lag, j), 1.0});
+        if (j + lag < power.n_range() && background(i, j + lag) != 0) range_[at].add({d * deviation(i, j + lag), 1.0});
+      }
+    }
+}
+
+void ClutterSums::add(const Image<float>& power) {
+  if (const auto regions = find_regions(power)) add_background(power, regions->background);
+}
+
+void ClutterSums::add(const Image<float>& power, const Image<std::uint8_t>& hidden) {
+  if (hidden.n_azimuth() != power.n_azimuth() || hidden.n_range() != power.n_range())
+    throw UsageError(format("statistics of clutter: expected a mask of %d x %d pixels, found %d x %d", power.n_azimuth(), power.n_range(),
+                            hidden.n_azimuth(), hidden.n_range()));
+  auto regions = find_regions(power);
+  if (!regions) return;
+  for (std::size_t k = 0; k < hidden.pixels().size(); ++k)
+    if (hidden.pixels()[k] != 0) regions->background.pixels()[k] = 0;
+  add_background(power, regions->background);
+}
+
+void ClutterSums::add(const ClutterSums& other) {
+  variance_.add(other.variance_);
+  for (std::size_t lag = 0; lag < ClutterStatistics::kLags; ++lag) {
+    azimuth_[lag].add(other.azimuth_[lag]);
+    range_[lag].add(other.range_[lag]);
   }
-  const double variance = sums.variance.mean();
-  if (sums.n_pixels == 0 || !(variance > 0.0)) return std::nullopt;
+  n_pixels_ += other.n_pixels_;
+}
+
+std::optional<ClutterStatistics> ClutterSums::statistics() const {
+  const double variance = variance_.mean();
+  if (n_pixels_ == 0 || !(variance > 0.0)) return std::nullopt;
   ClutterStatistics result;
   result.looks = 1.0 / variance;
-  result.n_pixels = sums.n_pixels;
+  result.n_pixels = n_pixels_;
   for (std::size_t lag = 0; lag < ClutterStatistics::kLags; ++lag) {
-    result.azimuth[lag] = sums.azimuth[lag].mean() / variance;
-    result.range[lag] = sums.range[lag].mean() / variance;
+    result.azimuth[lag] = azimuth_[lag].mean() / variance;
+    result.range[lag] = range_[lag].mean() / variance;
   }
   return result;
+}
+
+std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>> powers) {
+  ClutterSums sums;
+  for (const Image<float>& power : powers) sums.add(power);
+  return sums.statistics();
 }
 
 std::optional<ClutterModel> fitted_clutter(std::span<const Image<float>> powers, const Window& window, double azimuth_spacing_m,

@@ -116,14 +116,33 @@ TEST_CASE("hidden pixels do not count as clutter", "[clutter]") {
   Image<std::uint8_t> block(128, 128);
   for (int i = 36; i < 92; ++i)
     for (int j = 36; j < 92; ++j) block(i, j) = 1;
-  const std::vector<Image<std::uint8_t>> hidden(4, block);
-  const auto plain = clutter_statistics(clutter(1.0f), hidden), seen = clutter_statistics(clutter(2.5f)), unseen = clutter_statistics(clutter(2.5f), hidden);
+  const auto without_block = [&](float power) {
+    ClutterSums sums;
+    for (const Image<float>& image : clutter(power)) sums.add(image, block);
+    return sums.statistics();
+  };
+  const auto plain = without_block(1.0f), seen = clutter_statistics(clutter(2.5f)), unseen = without_block(2.5f);
   REQUIRE((plain && seen && unseen));
   CHECK(unseen->n_pixels < 4 * (128 * 128 - 56 * 56) + 1);
   CHECK(seen->looks < 0.85 * plain->looks);
   CHECK(unseen->looks == Approx(plain->looks).epsilon(0.03));
   for (std::size_t lag = 0; lag < ClutterStatistics::kLags; ++lag) CHECK(unseen->range[lag] == Approx(plain->range[lag]).margin(0.02));
-  CHECK_THROWS_AS(clutter_statistics(clutter(1.0f), std::vector(3, block)), UsageError);
-  CHECK_THROWS_AS(clutter_statistics(clutter(1.0f), std::vector(4, Image<std::uint8_t>(64, 128))), UsageError);
-  CHECK_THROWS_AS(clutter_statistics(std::vector{Image<float>(64, 64)}, std::vector{Image<std::uint8_t>(64, 128)}), UsageError);
+  ClutterSums sums;
+  CHECK_THROWS_AS(sums.add(clutter(1.0f)[0], Image<std::uint8_t>(64, 128)), UsageError);
+  CHECK_THROWS_AS(sums.add(Image<float>(64, 64), Image<std::uint8_t>(64, 128)), UsageError);
+}
+
+TEST_CASE("sums of groups of images give the statistics of all of them", "[clutter]") {
+  const std::vector<Image<float>> images = measured(1.0, 0.3, 0.45, 4);
+  ClutterSums first, second;
+  for (std::size_t n = 0; n < 4; ++n) (n < 3 ? first : second).add(images[n]);
+  first.add(second);
+  const auto together = clutter_statistics(images), added = first.statistics();
+  REQUIRE((together && added));
+  CHECK(added->n_pixels == together->n_pixels);
+  CHECK(added->looks == Approx(together->looks).epsilon(1e-12));
+  for (std::size_t lag = 0; lag < ClutterStatistics::kLags; ++lag) {
+    CHECK(added->azimuth[lag] == Approx(together->azimuth[lag]).margin(1e-12));
+    CHECK(added->range[lag] == Approx(together->range[lag]).margin(1e-12));
+  }
 }

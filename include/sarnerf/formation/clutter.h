@@ -24,11 +24,38 @@ struct ClutterStatistics {
   std::size_t n_pixels = 0;
 };
 
-/// Statistics over the background of the images (find_regions()), each image relative to its own mean there, so that gains do not
-/// matter. Texture and gradients of the clutter add to the variance, and look like fewer looks. Empty where no image has a background
-/// of 100 pixels. `hidden` has a mask for each image, or is empty: pixels that are not 0 in it do not count. Throws UsageError if numbers or
-/// sizes differ. Cost: a blur and ten passes over each image.
-std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>> powers, std::span<const Image<std::uint8_t>> hidden = {});
+/// Statistics over the background of images (find_regions()), each image relative to its own mean there, so that gains do not matter.
+/// Texture and gradients of the clutter add to the variance, and look like fewer looks. Sums of groups of images can be added, so that the
+/// statistics without one group need no second look at the images.
+class ClutterSums {
+ public:
+  /// An image with a background of fewer than 100 pixels adds nothing. Cost: a blur and ten passes.
+  void add(const Image<float>& power);
+  /// The same, without the pixels that are not 0 in `hidden`. Throws UsageError if sizes differ.
+  void add(const Image<float>& power, const Image<std::uint8_t>& hidden);
+  void add(const ClutterSums& other);
+
+  /// Empty if no image had a background.
+  std::optional<ClutterStatistics> statistics() const;
+
+ private:
+  /// Sum of products of two deviations, and their number.
+  struct Products {
+    double sum = 0.0, n = 0.0;
+
+    void add(const Products& other);
+    double mean() const { return n > 0.0 ? sum / n : 0.0; }
+  };
+
+  void add_background(const Image<float>& power, const Image<std::uint8_t>& background);
+
+  Products variance_;
+  std::array<Products, ClutterStatistics::kLags> azimuth_, range_;
+  std::size_t n_pixels_ = 0;
+};
+
+/// Those of all images together.
+std::optional<ClutterStatistics> clutter_statistics(std::span<const Image<float>> powers);
 
 /// Clutter by the product model (Ward 1981): speckle of a radar on a reflectivity τ that varies from pixel to pixel. τ is independent
 /// and gamma-distributed, so that power of one look without an impulse response has a K distribution.
